@@ -1,0 +1,51 @@
+// How a driver says which keys it understands, so that the configuration can check them with file, line and column
+// before the driver sees them. The keys of driver "x" stand in the table [x]; "device" of [em] or [[camera]] reaches
+// the driver as it is.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace tubed {
+
+using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
+
+/// One key: the alternative held by `default_value` is its type.
+struct SettingDescription {
+  std::string name;
+  SettingValue default_value;
+  bool required = false;           ///< no default: the file has to give it
+  double minimum = -std::numeric_limits<double>::infinity();   ///< for numbers
+  double maximum = std::numeric_limits<double>::infinity();
+  std::vector<std::string> choices;   ///< for strings: the only ones allowed; empty = any
+  std::string unit;                ///< "mm", "px", "" ...
+  std::string meaning;             ///< one line for a person
+};
+
+/// Checked values of one driver's table, defaults filled in.
+class DriverSettings {
+ public:
+  DriverSettings() = default;
+  explicit DriverSettings(std::map<std::string, SettingValue> values) : values_(std::move(values)) {}
+
+  /// The value of a described key. A key or type that was not described is a bug: throws std::logic_error.
+  template <typename T>
+  [[nodiscard]] const T& get(const std::string& name) const {
+    const auto found = values_.find(name);
+    if (found == values_.end() || !std::holds_alternative<T>(found->second)) {
+      throw std::logic_error("driver setting '" + name + "' was not described with this type");
+    }
+    return std::get<T>(found->second);
+  }
+
+ private:
+  std::map<std::string, SettingValue> values_;
+};
+
+}  // namespace tubed

@@ -1,0 +1,53 @@
+// The seam between the pipeline and an EM tracker. A driver is one class with open, read and close.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "drivers/interface/source.hpp"
+#include "drivers/interface/timestamps.hpp"
+
+namespace tubed {
+
+inline constexpr int kMaxTrackerCoils = 16;
+
+enum class CoilStatus { kMissing, kOk, kOutOfVolume, kDisabled };
+
+/// One 5-DOF coil of one measurement, in the tracker's frame. Pose is NaN unless the tracker gave one.
+struct CoilSample {
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  CoilStatus status = CoilStatus::kMissing;
+  Eigen::Vector3d p_em_mm{kNaN, kNaN, kNaN};       ///< position
+  Eigen::Vector3d tangent_em{kNaN, kNaN, kNaN};    ///< unit vector toward the catheter's tip
+  double indicator = 0;                            ///< the tracker's own quality figure, unit-less
+};
+
+/// All coils of one measurement; coil i is the tracker's sensor i + 1.
+struct EmFrame {
+  MonotonicTime measured{};             ///< when the tracker measured (not when the reply arrived)
+  MonotonicTime received{};             ///< when the host had it
+  std::uint32_t tracker_frame = 0;      ///< the tracker's own frame number
+  Origin origin = Origin::kDevice;
+  int coil_count = 0;
+  std::array<CoilSample, kMaxTrackerCoils> coils;
+};
+
+/// An EM tracker. All calls come from the EM acquisition thread.
+class EmSource {
+ public:
+  virtual ~EmSource() = default;
+  EmSource() = default;
+  EmSource(const EmSource&) = delete;
+  EmSource& operator=(const EmSource&) = delete;
+
+  /// Connects. May allocate and take seconds. Called again after kLost, after close().
+  virtual OpenResult open() = 0;
+  /// Waits for the next measurement until `deadline`. Never allocates, locks, logs or throws.
+  virtual ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept = 0;
+  /// Lets go of the device; harmless when not open.
+  virtual void close() noexcept = 0;
+};
+
+}  // namespace tubed
