@@ -13,9 +13,11 @@ using RigidTransform = Eigen::Isometry3d;
 /// Takes a 4 x 4 matrix written by a person: last row 0 0 0 1 and a rotation orthonormal within `tolerance`
 /// (determinant + 1); the rotation is then made exactly orthonormal (nearest in the Frobenius norm, by SVD).
 /// Returns nothing and says in `why` what is wrong otherwise.
-std::optional<RigidTransform> rigid_from_matrix(const Eigen::Matrix4d& matrix, double tolerance, std::string& why);
+std::optional<RigidTransform> rigid_from_matrix(const Eigen::Matrix4d& matrix, double tolerance,
+                                                std::string& why);
 
-/// The shortest rotation that turns +z onto `direction` (any length but 0), as unit quaternion; for -z, about x.
+/// The shortest rotation that turns +z onto `direction` (any length but 0), as unit quaternion; for -z, about
+/// x.
 Eigen::Quaterniond rotation_from_z_to(const Eigen::Vector3d& direction);
 
 }  // namespace tubed

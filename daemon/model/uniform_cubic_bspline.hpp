@@ -1,6 +1,6 @@
-// The default form of the tube's centreline: a uniform cubic B-spline over arc length with free (unclamped) ends.
-// b(s) = sum_i C_i B_i(s), Eq. (1), with the local basis of Eq. (2). n coefficients cover [0, length] with spacing
-// h = length / (n - 3); coefficient i sits at s = (i - 1) h. s = 0 is the tip.
+// The default form of the tube's centreline: a uniform cubic B-spline over arc length with free (unclamped)
+// ends. b(s) = sum_i C_i B_i(s), Eq. (1), with the local basis of Eq. (2). n coefficients cover [0, length]
+// with spacing h = length / (n - 3); coefficient i sits at s = (i - 1) h. s = 0 is the tip.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@ namespace tubed {
 
 /// The four coefficients that shape the curve at one s and their weights in b, b' and b'' (per mm, per mm^2).
 struct CubicBasis {
-  int first = 0;                             ///< index of the first of four coefficients
+  int first = 0;  ///< index of the first of four coefficients
   std::array<double, 4> value{};
   std::array<double, 4> first_derivative{};
   std::array<double, 4> second_derivative{};
