@@ -1,6 +1,7 @@
 // What leaves the pipeline, as plain values: the in-process form of the DDS topics. No allocation, no DDS
-// header; publishing turns these into the generated types. Lengths mm, frame "world" unless a name says otherwise,
-// time ns of the host's CLOCK_MONOTONIC. "toward the tip" and "tip first" mean arc length s = 0 at the tip.
+// header; publishing turns these into the generated types. Lengths mm, frame "world" unless a name says
+// otherwise, time ns of the host's CLOCK_MONOTONIC. "toward the tip" and "tip first" mean arc length s = 0 at
+// the tip.
 #pragma once
 
 #include <array>
@@ -20,27 +21,34 @@ inline constexpr int kInstrumentIdLength = 64;
 
 /// One point of the centreline.
 struct CentrelinePoint {
-  std::array<double, 3> p_world_mm{};        ///< position
-  std::array<float, 3> tangent_world{};      ///< unit vector toward the tip
-  std::array<float, 6> covariance_mm2{};     ///< of the position: xx xy xz yy yz zz
+  std::array<double, 3> p_world_mm{};     ///< position
+  std::array<float, 3> tangent_world{};   ///< unit vector toward the tip
+  std::array<float, 6> covariance_mm2{};  ///< of the position: xx xy xz yy yz zz
 };
 
 /// What one coil said and how far the shape is from it.
-enum class CoilState : std::uint32_t { kMissing = 0, kUsed = 1, kOutOfVolume = 2, kDisabled = 3, kOutlier = 4, kStuck = 5 };
+enum class CoilState : std::uint32_t {
+  kMissing = 0,
+  kUsed = 1,
+  kOutOfVolume = 2,
+  kDisabled = 3,
+  kOutlier = 4,
+  kStuck = 5
+};
 struct CoilResidual {
   CoilState state = CoilState::kMissing;
-  float offset_from_tip_mm = 0;   ///< s of the coil along the catheter
-  float position_mm = 0;          ///< |zeta(s_i) - p_i|, NaN when the coil gave nothing
-  float angle_rad = 0;            ///< between tangent and t_i, NaN when the coil gave nothing
+  float offset_from_tip_mm = 0;  ///< s of the coil along the catheter
+  float position_mm = 0;         ///< |zeta(s_i) - p_i|, NaN when the coil gave nothing
+  float angle_rad = 0;           ///< between tangent and t_i, NaN when the coil gave nothing
 };
 
 /// When the newest measurement of this estimate passed each stage; 0 = did not take part.
 struct StageStamps {
-  std::int64_t exposure_ns = 0;          ///< mid exposure of the newest image used
+  std::int64_t exposure_ns = 0;  ///< mid exposure of the newest image used
   std::int64_t image_grabbed_ns = 0;
   std::int64_t frangi_started_ns = 0;
   std::int64_t frangi_finished_ns = 0;
-  std::int64_t em_measured_ns = 0;       ///< time of the newest EM measurement used
+  std::int64_t em_measured_ns = 0;  ///< time of the newest EM measurement used
   std::int64_t em_received_ns = 0;
   std::int64_t optimizer_started_ns = 0;
   std::int64_t optimizer_finished_ns = 0;
@@ -48,33 +56,35 @@ struct StageStamps {
 
 /// One shape of one instrument. Written by the estimator (shape, validity) and the optimizer stage (stamps).
 struct TubeEstimate {
-  std::uint32_t instrument = 0;              ///< index in the configuration
-  std::uint64_t sequence_number = 0;         ///< + 1 an estimate and instrument, from 1
-  std::int64_t valid_time_ns = 0;            ///< the instant the shape is of; never moved afterwards
+  std::uint32_t instrument = 0;       ///< index in the configuration
+  std::uint64_t sequence_number = 0;  ///< + 1 an estimate and instrument, from 1
+  std::int64_t valid_time_ns = 0;     ///< the instant the shape is of; never moved afterwards
   Validity validity = Validity::kNotAvailable;
   Reasons reasons;
-  bool has_image = false;                    ///< an image of this very instant took part
-  bool is_image_instant = false;             ///< made because an image instant was due, not by the clock
-  std::uint32_t image_frame = 0;             ///< the source's frame number of that image
-  std::uint32_t em_frame = 0;                ///< the tracker's frame number of the newest measurement used
-  std::int64_t em_age_ns = -1;               ///< age of the newest EM measurement at valid_time, -1 = never one
-  std::int64_t image_age_ns = -1;            ///< age of the newest image used at valid_time, -1 = never one
+  bool has_image = false;         ///< an image of this very instant took part
+  bool is_image_instant = false;  ///< made because an image instant was due, not by the clock
+  std::uint32_t image_frame = 0;  ///< the source's frame number of that image
+  std::uint32_t em_frame = 0;     ///< the tracker's frame number of the newest measurement used
+  std::int64_t em_age_ns =
+      -1;  ///< age of the newest EM measurement used when the shape was made, -1 = never one
+  std::int64_t image_age_ns = -1;  ///< age of the newest image used when the shape was made, -1 = never one
   float radius_mm = 0;
-  float length_mm = 0;                       ///< arc length the points cover, from the tip
-  float image_inlier_ratio = 0;              ///< share of the tube's lines in view that agree with it; 0 without image
-  float in_view_ratio = 0;                   ///< share of the tube inside an image
+  float length_mm = 0;           ///< arc length the points cover, from the tip
+  float image_inlier_ratio = 0;  ///< share of the tube's lines in view that agree with it; 0 without image
+  float in_view_ratio = 0;       ///< share of the tube inside an image
   std::uint32_t iterations = 0;
   std::uint32_t point_count = 0;
-  std::array<CentrelinePoint, kMaxCentrelinePoints> points{};   ///< uniform in s from 0 to length_mm
+  std::array<CentrelinePoint, kMaxCentrelinePoints> points{};  ///< uniform in s from 0 to length_mm
   std::uint32_t coefficient_count = 0;
-  float coefficient_spacing_mm = 0;          ///< of the uniform cubic B-spline in s; see clients/cpp to evaluate it
+  float coefficient_spacing_mm = 0;  ///< of the uniform cubic B-spline in s; see clients/cpp to evaluate it
   std::array<std::array<double, 3>, kMaxCoefficients> coefficients_mm{};
   std::uint32_t coil_count = 0;
   std::array<CoilResidual, kMaxCoils> coils{};
   StageStamps stamps;
 };
 
-/// Log-spaced latency histogram: bucket i counts values in [2^(i/4), 2^((i+1)/4)) microseconds; the last one the rest.
+/// Log-spaced latency histogram: bucket i counts values in [2^(i/4), 2^((i+1)/4)) microseconds; the last one
+/// the rest.
 inline constexpr int kLatencyBuckets = 96;
 struct LatencyHistogramValues {
   std::uint64_t count = 0;
@@ -83,20 +93,30 @@ struct LatencyHistogramValues {
 };
 
 /// What state a stage or source is in.
-enum class StageState : std::uint32_t { kStarting = 0, kRunning = 1, kDegraded = 2, kReconnecting = 3, kEnded = 4, kFailed = 5 };
+enum class StageState : std::uint32_t {
+  kStarting = 0,
+  kRunning = 1,
+  kDegraded = 2,
+  kReconnecting = 3,
+  kEnded = 4,
+  kFailed = 5
+};
 
 /// What a stage tells of itself, newest wins. Counters only grow.
 struct StageReport {
   StageState state = StageState::kStarting;
-  std::int64_t since_ns = 0;             ///< when the state was entered
-  std::array<char, 128> why{};           ///< zero-terminated, in words
+  std::int64_t since_ns = 0;    ///< when the state was entered
+  std::array<char, 128> why{};  ///< zero-terminated, in words
   std::uint64_t steps = 0;
   std::uint64_t outputs = 0;
-  std::uint64_t dropped = 0;             ///< superseded before use, or ring full
-  std::uint64_t refused = 0;             ///< bad input counted and not used
+  std::uint64_t dropped = 0;  ///< superseded before use, or ring full
+  std::uint64_t refused = 0;  ///< bad input counted and not used
   std::uint64_t reconnects = 0;
-  std::uint64_t allocations = 0;         ///< heap allocations of this thread after start-up, when counted
-  LatencyHistogramValues busy;           ///< duration of a step
+  std::uint64_t allocations = 0;  ///< heap allocations since the thread started, when counted
+  std::uint64_t locks = 0;        ///< mutexes and rwlocks taken since then, when counted
+  std::uint64_t exceptions = 0;   ///< thrown since then, when counted
+  bool costs_counted = false;     ///< the three above are real
+  LatencyHistogramValues busy;    ///< duration of a step
 };
 
 }  // namespace tubed

@@ -13,22 +13,22 @@ enum class Validity : std::uint32_t { kNotAvailable = 0, kValid = 1, kQuestionab
 
 /// Why a shape is not simply VALID: one bit each, so that several can hold at once.
 enum class Reason : std::uint32_t {
-  kEmStale = 1U << 0,        ///< newest EM frame older than the limit
-  kEmStuck = 1U << 1,        ///< coil values bit-equal for too long
-  kCoilLost = 1U << 2,       ///< a configured coil is MISSING or DISABLED
-  kCoilOutlier = 1U << 3,    ///< a coil reports OK but contradicts the others
-  kOutOfVolume = 1U << 4,    ///< a coil is outside the tracker's volume
-  kImageOff = 1U << 5,       ///< fluoroscopy is off: EM alone
-  kImageStale = 1U << 6,     ///< an image was due and did not come
-  kImageRejected = 1U << 7,  ///< an image came and was refused (size, black, saturated, ...)
-  kImageLostTube = 1U << 8,  ///< the image does not show the tube where it should be
-  kNotConverged = 1U << 9,   ///< the optimizer did not settle
-  kNoRegistration = 1U << 10,   ///< EM frame and world are not registered
-  kClockUnsynced = 1U << 11,    ///< time stamps of a source contradict the host's clock
-  kDeadlineMissed = 1U << 12,   ///< the estimate came later than its slot
-  kInitialising = 1U << 13,     ///< not enough measurements yet
-  kDemoData = 1U << 14,         ///< a simulated source took part; cannot be switched off
-  kReplayData = 1U << 15,       ///< a recorded source took part; cannot be switched off
+  kEmStale = 1U << 0,          ///< newest EM frame older than the limit
+  kEmStuck = 1U << 1,          ///< coil values bit-equal for too long
+  kCoilLost = 1U << 2,         ///< a configured coil is MISSING or DISABLED
+  kCoilOutlier = 1U << 3,      ///< a coil reports OK but contradicts the others
+  kOutOfVolume = 1U << 4,      ///< a coil is outside the tracker's volume
+  kImageOff = 1U << 5,         ///< fluoroscopy is off: EM alone
+  kImageStale = 1U << 6,       ///< an image was due and did not come
+  kImageRejected = 1U << 7,    ///< an image came and was refused (size, black, saturated, ...)
+  kImageLostTube = 1U << 8,    ///< the image does not show the tube where it should be
+  kNotConverged = 1U << 9,     ///< the optimizer did not settle
+  kNoRegistration = 1U << 10,  ///< EM frame and world are not registered
+  kClockUnsynced = 1U << 11,   ///< time stamps of a source contradict the host's clock
+  kDeadlineMissed = 1U << 12,  ///< the estimate came later than its slot
+  kInitialising = 1U << 13,    ///< not enough measurements yet
+  kDemoData = 1U << 14,        ///< a simulated source took part; cannot be switched off
+  kReplayData = 1U << 15,      ///< a recorded source took part; cannot be switched off
 };
 inline constexpr int kReasonCount = 16;
 
@@ -39,7 +39,9 @@ class Reasons {
   constexpr explicit Reasons(std::uint32_t bits) : bits_(bits) {}
   constexpr void add(Reason reason) { bits_ |= static_cast<std::uint32_t>(reason); }
   constexpr void add(Reasons others) { bits_ |= others.bits_; }
-  [[nodiscard]] constexpr bool has(Reason reason) const { return (bits_ & static_cast<std::uint32_t>(reason)) != 0; }
+  [[nodiscard]] constexpr bool has(Reason reason) const {
+    return (bits_ & static_cast<std::uint32_t>(reason)) != 0;
+  }
   [[nodiscard]] constexpr std::uint32_t bits() const { return bits_; }
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   friend constexpr bool operator==(Reasons a, Reasons b) = default;

@@ -6,26 +6,26 @@
 namespace tubed {
 
 enum class EstimatorMode {
-  kEm,      ///< EM coils only: weighted MAP of Eq. (14)
-  kJoint,   ///< EM and image lines in one MAP a frame
+  kEm,     ///< EM coils only: weighted MAP of Eq. (14)
+  kJoint,  ///< EM and image lines in one MAP a frame
 };
 
 std::string_view name_of(EstimatorMode mode);
 
 struct EstimatorSettings {
   EstimatorMode mode = EstimatorMode::kJoint;
-  int coefficient_count = 26;             ///< of the B-spline, 8 .. 48
-  double sigma_position_mm = 2.31;        ///< of one coil, an axis: 4 mm amplitude / sqrt(3), Eq. (19)
-  double sigma_tangent = 0.030;           ///< of one coil's unit tangent, an axis: 3 deg, Eq. (20)
-  double sigma_strain_sqrt_mm = 0.022;    ///< of (|zeta'| - 1) over 1 mm of arc length
-  double bending_q_per_mm = 7e-4;         ///< expected curvature density: sigma^2 of zeta'' times mm
-  double sigma_image_px = 0.5;            ///< of one correspondence line's offset, beside its own variance
-  double image_search_px = 14;            ///< half length of the correspondence lines
-  double image_temper = 6;                ///< pixels are not independent: variance of the image is multiplied by this
-  double em_stale_ms = 150;               ///< age of the newest EM measurement from which on EM_STALE is said
-  double em_stuck_ms = 150;               ///< bit-equal values for as long are EM_STUCK
-  double image_stale_ms = 120;            ///< without any image for as long is IMAGE_STALE
-  int iterations = 8;                     ///< at most, of Gauss-Newton
+  int coefficient_count = 26;           ///< of the B-spline, 8 .. 48
+  double sigma_position_mm = 2.31;      ///< of one coil, an axis: 4 mm amplitude / sqrt(3), Eq. (19)
+  double sigma_tangent = 0.030;         ///< of one coil's unit tangent, an axis: 3 deg, Eq. (20)
+  double sigma_strain_sqrt_mm = 0.022;  ///< of (|zeta'| - 1) over 1 mm of arc length
+  double bending_q_per_mm = 7e-4;       ///< expected curvature density: sigma^2 of zeta'' times mm
+  double sigma_image_px = 0.5;          ///< of one correspondence line's offset, beside its own variance
+  double image_search_px = 14;          ///< half length of the correspondence lines
+  double image_temper = 6;      ///< pixels are not independent: variance of the image is multiplied by this
+  double em_stale_ms = 150;     ///< age of the newest EM measurement from which on EM_STALE is said
+  double em_stuck_ms = 150;     ///< bit-equal values for as long are EM_STUCK
+  double image_stale_ms = 120;  ///< without any image for as long is IMAGE_STALE
+  int iterations = 8;           ///< at most, of Gauss-Newton
 };
 
 }  // namespace tubed

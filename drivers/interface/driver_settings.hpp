@@ -44,6 +44,13 @@ class DriverSettings {
     return std::get<T>(found->second);
   }
 
+  /// The same settings with one value replaced or added.
+  [[nodiscard]] DriverSettings with(const std::string& name, SettingValue value) const {
+    DriverSettings changed = *this;
+    changed.values_.insert_or_assign(name, std::move(value));
+    return changed;
+  }
+
  private:
   std::map<std::string, SettingValue> values_;
 };

@@ -19,16 +19,16 @@ enum class CoilStatus { kMissing, kOk, kOutOfVolume, kDisabled };
 struct CoilSample {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   CoilStatus status = CoilStatus::kMissing;
-  Eigen::Vector3d p_em_mm{kNaN, kNaN, kNaN};       ///< position
-  Eigen::Vector3d tangent_em{kNaN, kNaN, kNaN};    ///< unit vector toward the catheter's tip
-  double indicator = 0;                            ///< the tracker's own quality figure, unit-less
+  Eigen::Vector3d p_em_mm{kNaN, kNaN, kNaN};     ///< position
+  Eigen::Vector3d tangent_em{kNaN, kNaN, kNaN};  ///< unit vector toward the catheter's tip
+  double indicator = 0;                          ///< the tracker's own quality figure, unit-less
 };
 
 /// All coils of one measurement; coil i is the tracker's sensor i + 1.
 struct EmFrame {
-  MonotonicTime measured{};             ///< when the tracker measured (not when the reply arrived)
-  MonotonicTime received{};             ///< when the host had it
-  std::uint32_t tracker_frame = 0;      ///< the tracker's own frame number
+  MonotonicTime measured{};         ///< when the tracker measured (not when the reply arrived)
+  MonotonicTime received{};         ///< when the host had it
+  std::uint32_t tracker_frame = 0;  ///< the tracker's own frame number
   Origin origin = Origin::kDevice;
   int coil_count = 0;
   std::array<CoilSample, kMaxTrackerCoils> coils;

@@ -1,5 +1,5 @@
-// What stands in the room and how it is calibrated: cameras, tracker, instruments. Values from the configuration;
-// a simulated source draws from it, the estimator measures with it.
+// What stands in the room and how it is calibrated: cameras, tracker, instruments. Values from the
+// configuration; a simulated source draws from it, the estimator measures with it.
 #pragma once
 
 #include <string>
@@ -12,22 +12,22 @@ namespace tubed {
 
 /// One coil of an instrument.
 struct CoilPlacement {
-  int sensor = 1;                  ///< counts from 1 in the tracker's measurement
-  double offset_from_tip_mm = 0;   ///< s along the catheter
-  bool flipped = false;            ///< mounted the other way round: its +z points away from the tip
+  int sensor = 1;                 ///< counts from 1 in the tracker's measurement
+  double offset_from_tip_mm = 0;  ///< s along the catheter
+  bool flipped = false;           ///< mounted the other way round: its +z points away from the tip
 };
 
 /// One tracked catheter.
 struct InstrumentDescription {
-  std::string id;                  ///< the DDS key
+  std::string id;  ///< the DDS key
   double diameter_mm = 2.33;
-  double length_mm = 380;          ///< from the tip, the part whose shape is asked for
-  std::vector<CoilPlacement> coils;   ///< tip first
+  double length_mm = 380;            ///< from the tip, the part whose shape is asked for
+  std::vector<CoilPlacement> coils;  ///< tip first
 };
 
 struct RoomDescription {
   RigidTransform T_world_em = RigidTransform::Identity();
-  bool registered = true;          ///< false: T_world_em was not given; estimates say NO_REGISTRATION
+  bool registered = true;  ///< false: T_world_em was not given; estimates say NO_REGISTRATION
   std::vector<CameraCalibration> cameras;
   std::vector<InstrumentDescription> instruments;
 };

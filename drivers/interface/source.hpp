@@ -5,7 +5,8 @@
 
 namespace tubed {
 
-/// Where measurements come from. Anything but a device marks every estimate it touches (DEMO_DATA, REPLAY_DATA).
+/// Where measurements come from. Anything but a device marks every estimate it touches (DEMO_DATA,
+/// REPLAY_DATA).
 enum class Origin { kDevice, kSimulated, kReplayed };
 
 /// How an attempt to open a source ended. `why` says in words what is wrong and what to do; empty when ok.

@@ -1,5 +1,5 @@
-// Time as a value. Only drivers, the stage thread, publishing and bench read a clock; everybody else is given one
-// of these.
+// Time as a value. Only drivers, the stage thread, publishing and bench read a clock; everybody else is given
+// one of these.
 #pragma once
 
 #include <chrono>

@@ -1,0 +1,34 @@
+// D_i of the paper: what the coils of one instrument say at one instant, in the world frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "daemon/estimator/em_history.hpp"
+#include "drivers/interface/room.hpp"
+#include "idl/estimate.hpp"
+
+namespace tubed {
+
+/// One D_i = {p_i, t_i}.
+struct CoilObservation {
+  CoilState state = CoilState::kMissing;
+  double s_mm = 0;  ///< arc length from the tip
+  Eigen::Vector3d p_world_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d tangent_world = Eigen::Vector3d::Zero();  ///< unit, toward the tip
+  [[nodiscard]] bool used() const { return state == CoilState::kUsed; }
+};
+
+struct CoilObservations {
+  int count = 0;
+  std::array<CoilObservation, kMaxCoils> coils;
+  [[nodiscard]] int used_count() const;
+};
+
+/// Picks the instrument's coils out of `frame` (nullptr: all missing) and takes them to the world. A coil
+/// that gave bit-equal values for `stuck_ns` in `history` is kStuck. Never allocates.
+CoilObservations observe_coils(const EmFrame* frame, const EmHistory& history,
+                               const InstrumentDescription& instrument, const RigidTransform& T_world_em,
+                               std::int64_t stuck_ns);
+
+}  // namespace tubed

@@ -1,0 +1,51 @@
+// The seam between the pipeline and a way of estimating the tube. One object an instrument.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/image/image_measurement.hpp"
+#include "drivers/interface/room.hpp"
+#include "idl/estimate.hpp"
+
+namespace tubed {
+
+/// All that is known when a shape is due.
+struct Observation {
+  MonotonicTime instant{};        ///< the moment the shape is asked for: mid exposure, or the tick
+  MonotonicTime now{};            ///< the moment of asking, for ages
+  bool is_image_instant = false;  ///< an exposure (or an announced instant without radiation) is the reason
+  const EmHistory* em = nullptr;  ///< never nullptr
+  /// Per camera the image of this very instant; nullptr where there is none.
+  std::array<const ImageMeasurement*, kMaxCameras> images{};
+  /// Newest instant at which any camera delivered pixels that were measured; zero = never.
+  MonotonicTime newest_image{};
+  bool fluoroscopy_off = false;  ///< the newest word of the image sources: no radiation
+  bool image_rejected = false;   ///< the newest image was refused
+};
+
+/// Turns observations into estimates. Called by the optimizer thread only; estimate() never allocates, locks,
+/// logs, throws or reads a clock, and its result depends on nothing but the observations since reset().
+class Estimator {
+ public:
+  virtual ~Estimator() = default;
+  Estimator() = default;
+  Estimator(const Estimator&) = delete;
+  Estimator& operator=(const Estimator&) = delete;
+
+  /// Fills everything of `estimate` but instrument, sequence_number and the pipeline's own stamps.
+  virtual void estimate(const Observation& observation, TubeEstimate& estimate) noexcept = 0;
+
+  /// Forgets the past.
+  virtual void reset() noexcept = 0;
+};
+
+/// Makes the estimator of settings.mode for one instrument of the room. Allocates; throws
+/// std::invalid_argument for an instrument without coils or with more than kMaxCoils.
+std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
+                                          const InstrumentDescription& instrument,
+                                          const RoomDescription& room);
+
+}  // namespace tubed

@@ -1,0 +1,85 @@
+#include "daemon/estimator/normal_equations.hpp"
+
+namespace tubed {
+
+NormalEquations::NormalEquations(int coefficient_count)
+    : coefficient_count_(coefficient_count),
+      matrix_(Eigen::MatrixXd::Zero(3 * coefficient_count, 3 * coefficient_count)),
+      gradient_(Eigen::VectorXd::Zero(3 * coefficient_count)),
+      factor_(matrix_),
+      inverse_(matrix_),
+      solution_(gradient_) {}
+
+void NormalEquations::clear() {
+  matrix_.setZero();
+  gradient_.setZero();
+  cost_ = 0;
+}
+
+void NormalEquations::add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
+                          double residual) {
+  const Eigen::Matrix3d outer = gradient * gradient.transpose();
+  for (int a = 0; a < 4; ++a) {
+    const double weight = weights[static_cast<std::size_t>(a)];
+    gradient_.segment<3>(3 * (first + a)) += weight * residual * gradient;
+    for (int b = 0; b <= a; ++b) {
+      matrix_.block<3, 3>(3 * (first + a), 3 * (first + b)) +=
+          weight * weights[static_cast<std::size_t>(b)] * outer;
+    }
+  }
+  cost_ += residual * residual;
+}
+
+void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weights, double scale,
+                                    const Eigen::Vector3d& residual) {
+  for (int a = 0; a < 4; ++a) {
+    const double weight = weights[static_cast<std::size_t>(a)] * scale;
+    gradient_.segment<3>(3 * (first + a)) += weight * residual;
+    for (int b = 0; b <= a; ++b) {
+      const double product = weight * weights[static_cast<std::size_t>(b)] * scale;
+      for (int axis = 0; axis < 3; ++axis) {
+        matrix_(3 * (first + a) + axis, 3 * (first + b) + axis) += product;
+      }
+    }
+  }
+  cost_ += residual.squaredNorm();
+}
+
+bool NormalEquations::solve(double damping, Eigen::Matrix3Xd& step) {
+  factor_ = matrix_;
+  factor_.diagonal().array() *= 1 + damping;
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
+  if (cholesky.info() != Eigen::Success) {
+    return false;
+  }
+  solution_ = -gradient_;
+  cholesky.solveInPlace(solution_);
+  for (int k = 0; k < coefficient_count_; ++k) {
+    step.col(k) = solution_.segment<3>(3 * k);
+  }
+  return solution_.allFinite();
+}
+
+bool NormalEquations::invert() {
+  factor_ = matrix_;
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
+  if (cholesky.info() != Eigen::Success) {
+    return false;
+  }
+  inverse_.setIdentity();
+  cholesky.solveInPlace(inverse_);
+  return inverse_.allFinite();
+}
+
+Eigen::Matrix3d NormalEquations::covariance(int first, const std::array<double, 4>& weights) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int a = 0; a < 4; ++a) {
+    for (int b = 0; b < 4; ++b) {
+      sum += weights[static_cast<std::size_t>(a)] * weights[static_cast<std::size_t>(b)] *
+             inverse_.block<3, 3>(3 * (first + a), 3 * (first + b));
+    }
+  }
+  return sum;
+}
+
+}  // namespace tubed

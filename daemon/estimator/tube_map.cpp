@@ -1,0 +1,167 @@
+#include "daemon/estimator/tube_map.hpp"
+
+#include <cmath>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kConvergedStep_mm = 0.05;
+constexpr double kFirstDamping = 1e-6;
+// Gauss-Legendre with two points integrates the squares of each cubic piece's second derivative exactly.
+constexpr std::array<double, 2> kGaussNodes = {0.21132486540518713, 0.78867513459481287};
+
+}  // namespace
+
+TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm)
+    : settings_(settings),
+      spline_(settings.coefficient_count, length_mm),
+      equations_(settings.coefficient_count),
+      step_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
+      trial_(step_) {}
+
+void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (!coil.used()) {
+      continue;
+    }
+    const CubicBasis basis = spline_.basis(coil.s_mm);
+    const double weight = 1 / settings_.sigma_position_mm;
+    equations_.add_isotropic(basis.first, basis.value, weight,
+                             (combine(C, basis.first, basis.value) - coil.p_world_mm) * weight);
+
+    const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+    const double speed = std::max(derivative.norm(), 1e-6);
+    const Eigen::Vector3d direction = derivative / speed;
+    const Eigen::Vector3d residual = (-direction - coil.tangent_world) / settings_.sigma_tangent;
+    const Eigen::Matrix3d turning = -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) /
+                                    (speed * settings_.sigma_tangent);
+    for (int axis = 0; axis < 3; ++axis) {
+      equations_.add(basis.first, basis.first_derivative, turning.row(axis).transpose(), residual[axis]);
+    }
+  }
+}
+
+void TubeMap::add_tube_prior(const Eigen::Matrix3Xd& C, bool with_strain) {
+  const double h = spline_.spacing_mm();
+  const double ds = h / 2;
+  const double bending_weight = std::sqrt(ds / settings_.bending_q_per_mm);
+  const double strain_weight = std::sqrt(ds) / settings_.sigma_strain_sqrt_mm;
+  for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
+    for (const double node : kGaussNodes) {
+      const CubicBasis basis = spline_.basis((segment + node) * h);
+      const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
+      equations_.add_isotropic(basis.first, basis.second_derivative, bending_weight, second * bending_weight);
+      if (with_strain) {
+        const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+        const double speed = std::max(derivative.norm(), 1e-6);
+        equations_.add(basis.first, basis.first_derivative, derivative / speed * strain_weight,
+                       (speed - 1) * strain_weight);
+      }
+    }
+  }
+}
+
+void TubeMap::add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C) {
+  for (int i = 0; i < view.count; ++i) {
+    const LineConstraint& line = view.lines[i];
+    const CubicBasis basis = spline_.basis(line.s_mm);
+    const auto projection = view.camera->project(combine(C, basis.first, basis.value));
+    if (!projection) {
+      continue;
+    }
+    const double weight = 1 / std::sqrt(line.variance_px2);
+    const double residual = line.normal.dot(projection->p_image_px - line.target_px) * weight;
+    equations_.add(basis.first, basis.value, projection->J_image_world.transpose() * line.normal * weight,
+                   residual);
+  }
+}
+
+void TubeMap::linearise(const CoilObservations& coils, const ViewConstraints* views, int view_count,
+                        const Eigen::Matrix3Xd& C) {
+  equations_.clear();
+  add_coils(coils, C);
+  add_tube_prior(C, true);
+  for (int v = 0; v < view_count; ++v) {
+    add_view(views[v], C);
+  }
+}
+
+bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
+  if (coils.used_count() < 2) {
+    return false;
+  }
+  C.setZero();
+  equations_.clear();
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (coil.used()) {
+      const CubicBasis basis = spline_.basis(coil.s_mm);
+      const double position_weight = 1 / settings_.sigma_position_mm;
+      const double tangent_weight = 1 / settings_.sigma_tangent;
+      equations_.add_isotropic(basis.first, basis.value, position_weight, -coil.p_world_mm * position_weight);
+      equations_.add_isotropic(basis.first, basis.first_derivative, tangent_weight,
+                               coil.tangent_world * tangent_weight);
+    }
+  }
+  add_tube_prior(C, false);
+  if (!equations_.solve(0, step_)) {
+    return false;
+  }
+  C = step_;
+  return true;
+}
+
+int TubeMap::refine(const CoilObservations& coils, const ViewConstraints* views, int view_count,
+                    int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
+  converged = false;
+  double damping = kFirstDamping;
+  linearise(coils, views, view_count, C);
+  double cost_here = equations_.cost();
+  for (int iteration = 1; iteration <= most_iterations; ++iteration) {
+    if (!equations_.solve(damping, step_)) {
+      damping = std::max(damping, 1e-4) * 10;
+      continue;
+    }
+    trial_ = C + step_;
+    linearise(coils, views, view_count, trial_);
+    const double longest = step_.colwise().norm().maxCoeff();
+    if (equations_.cost() <= cost_here) {
+      C = trial_;
+      cost_here = equations_.cost();
+      damping = std::max(damping * 0.1, 1e-9);
+      if (longest < kConvergedStep_mm) {
+        converged = true;
+        return iteration;
+      }
+    } else {
+      if (longest < 1e-6) {
+        converged = true;
+        return iteration;
+      }
+      damping = std::max(damping * 10, 1e-4);
+      linearise(coils, views, view_count, C);
+    }
+  }
+  return most_iterations;
+}
+
+double TubeMap::cost(const CoilObservations& coils, const ViewConstraints* views, int view_count,
+                     const Eigen::Matrix3Xd& C) {
+  linearise(coils, views, view_count, C);
+  return equations_.cost();
+}
+
+bool TubeMap::invert_at(const CoilObservations& coils, const ViewConstraints* views, int view_count,
+                        const Eigen::Matrix3Xd& C) {
+  linearise(coils, views, view_count, C);
+  return equations_.invert();
+}
+
+Eigen::Matrix3d TubeMap::covariance(double s_mm) const {
+  const CubicBasis basis = spline_.basis(s_mm);
+  return equations_.covariance(basis.first, basis.value);
+}
+
+}  // namespace tubed

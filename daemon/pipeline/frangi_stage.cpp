@@ -1,0 +1,69 @@
+#include "daemon/pipeline/frangi_stage.hpp"
+
+#include <cstdio>
+
+#include "daemon/image/image_checks.hpp"
+
+namespace tubed {
+
+const char* words_of(ImageRejection rejection) {
+  switch (rejection) {
+    case ImageRejection::kNone:
+      return "";
+    case ImageRejection::kWrongSize:
+      return "image refused: not the size of the configured camera";
+    case ImageRejection::kBlack:
+      return "image refused: one even grey, no X-ray image";
+    case ImageRejection::kSaturated:
+      return "image refused: more than half of it is saturated";
+    case ImageRejection::kFrozen:
+      return "image refused: equal to the one before, bit by bit";
+  }
+  return "image refused";
+}
+
+bool FrangiStage::step(const Clock& clock) noexcept {
+  if (!from_grab_.fetch()) {
+    return false;
+  }
+  const ImageFrame& frame = from_grab_.front();
+  ImageMeasurement& measurement = to_optimizer_.back();
+  measurement.camera = camera_;
+  measurement.origin = frame.origin;
+  measurement.frame_number = frame.frame_number;
+  measurement.exposure = frame.exposure;
+  measurement.grabbed = frame.received;
+  measurement.frangi_started = clock.now();
+  measurement.rejection = ImageRejection::kNone;
+  if (!frame.fluoroscopy_on) {
+    measurement.state = ImageState::kOff;
+  } else {
+    measurement.rejection = take_image(frame, measurement, previous_sum_);
+    if (measurement.rejection == ImageRejection::kNone) {
+      filter_.filter(measurement.grey, measurement.vesselness);
+      measurement.state = ImageState::kMeasured;
+    } else {
+      measurement.state = ImageState::kRejected;
+      ++refused_;
+    }
+  }
+  newest_rejection_ = measurement.rejection;
+  seen_any_ = true;
+  measurement.frangi_finished = clock.now();
+  superseded_ += to_optimizer_.publish() ? 1 : 0;
+  ++outputs_;
+  optimizer_bell_.ring();
+  return true;
+}
+
+void FrangiStage::describe(StageReport& report) const noexcept {
+  report.state = !seen_any_ ? StageState::kStarting
+                            : (newest_rejection_ == ImageRejection::kNone ? StageState::kRunning
+                                                                          : StageState::kDegraded);
+  std::snprintf(report.why.data(), report.why.size(), "%s", words_of(newest_rejection_));
+  report.outputs = outputs_;
+  report.dropped = superseded_;
+  report.refused = refused_;
+}
+
+}  // namespace tubed

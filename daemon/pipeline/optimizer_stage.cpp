@@ -1,0 +1,184 @@
+#include "daemon/pipeline/optimizer_stage.hpp"
+
+#include <algorithm>
+
+namespace tubed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr milliseconds kSameInstant{2};          // exposures of two views nearer than this are one instant
+constexpr milliseconds kSecondViewPatience{20};  // how long a measured view waits for the other one's Frangi
+constexpr milliseconds kLateImage{250};          // after a stall an image this old is history, not news
+
+nanoseconds from_ms(double ms) { return nanoseconds{static_cast<std::int64_t>(ms * 1e6)}; }
+
+bool same_instant(MonotonicTime a, MonotonicTime b) { return std::chrono::abs(a - b) <= kSameInstant; }
+
+}  // namespace
+
+OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimators,
+                               std::vector<TripleBuffer<TubeEstimate>*> outlets,
+                               std::vector<CameraInlet> cameras, EmRing& em, const PipelineSettings& settings,
+                               Doorbell& own_bell, Doorbell& publisher_bell)
+    : estimators_(std::move(estimators)),
+      outlets_(std::move(outlets)),
+      cameras_(std::move(cameras)),
+      states_(cameras_.size()),
+      em_ring_(em),
+      bell_(own_bell),
+      publisher_bell_(publisher_bell),
+      period_(from_ms(1000.0 / settings.rate_hz)),
+      schedule_(period_, from_ms(settings.tick_grace_ms)),
+      sequence_numbers_(estimators_.size(), 0) {}
+
+void OptimizerStage::wait(const Clock& clock) noexcept {
+  const MonotonicTime now = clock.now();
+  // While a second view is awaited there is an unused image: look again soon even if nobody rings.
+  const MonotonicTime soon =
+      now + (oldest_unused() >= 0 ? nanoseconds(milliseconds(1)) : nanoseconds(milliseconds(100)));
+  const MonotonicTime tick = std::max(schedule_.next_tick(), now);
+  bell_.wait_until(std::min(soon, tick));
+}
+
+bool OptimizerStage::step(const Clock& clock) noexcept {
+  const MonotonicTime now = clock.now();
+  take_em();
+  take_images(now);
+  const int camera = oldest_unused();
+  if (camera >= 0) {
+    if (is_waiting_for_second_view(camera, now)) {
+      return false;
+    }
+    make_estimates(observe(states_[static_cast<std::size_t>(camera)].newest, now, true), clock);
+    return true;
+  }
+  if (now < schedule_.next_tick()) {
+    return false;
+  }
+  make_estimates(observe(now, now, false), clock);
+  return true;
+}
+
+void OptimizerStage::take_em() noexcept {
+  while (em_ring_.pop(incoming_)) {
+    backward_em_ += em_.add(incoming_) ? 0 : 1;
+  }
+}
+
+void OptimizerStage::take_images(MonotonicTime now) noexcept {
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    CameraState& state = states_[i];
+    if (cameras_[i].announcements->fetch()) {
+      state.announced = cameras_[i].announcements->front();
+    }
+    if (!cameras_[i].measurements->fetch()) {
+      continue;
+    }
+    const ImageMeasurement& image = cameras_[i].measurements->front();
+    if (now - image.exposure > kLateImage) {
+      ++late_images_;
+      state.unused = false;
+      continue;
+    }
+    state.unused = true;
+    state.newest = image.exposure;
+    state.state = image.state;
+    state.seen_any = true;
+    if (image.state == ImageState::kMeasured) {
+      state.newest_measured = image.exposure;
+    }
+  }
+}
+
+int OptimizerStage::oldest_unused() const noexcept {
+  int oldest = -1;
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (states_[i].unused &&
+        (oldest < 0 || states_[i].newest < states_[static_cast<std::size_t>(oldest)].newest)) {
+      oldest = static_cast<int>(i);
+    }
+  }
+  return oldest;
+}
+
+// Another view of the same instant has been grabbed and its Frangi is not done: worth a short wait.
+bool OptimizerStage::is_waiting_for_second_view(int camera, MonotonicTime now) const noexcept {
+  const MonotonicTime instant = states_[static_cast<std::size_t>(camera)].newest;
+  const MonotonicTime measured =
+      cameras_[static_cast<std::size_t>(camera)].measurements->front().frangi_finished;
+  if (now - measured > kSecondViewPatience) {
+    return false;
+  }
+  return std::any_of(states_.begin(), states_.end(), [instant](const CameraState& state) {
+    return same_instant(state.announced, instant) && !same_instant(state.newest, instant);
+  });
+}
+
+Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
+                                    bool is_image_instant) noexcept {
+  Observation observation;
+  observation.instant = instant;
+  observation.now = now;
+  observation.is_image_instant = is_image_instant;
+  observation.em = &em_;
+  MonotonicTime newest{};
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    CameraState& state = states_[i];
+    if (is_image_instant && state.unused && same_instant(state.newest, instant)) {
+      observation.images[i] = &cameras_[i].measurements->front();
+      state.unused = false;
+    }
+    observation.newest_image = std::max(observation.newest_image, state.newest_measured);
+    if (state.seen_any && state.newest >= newest) {
+      newest = state.newest;
+      observation.fluoroscopy_off = state.state == ImageState::kOff;
+      observation.image_rejected = state.state == ImageState::kRejected;
+    }
+  }
+  return observation;
+}
+
+void OptimizerStage::make_estimates(const Observation& observation, const Clock& clock) noexcept {
+  for (std::size_t i = 0; i < estimators_.size(); ++i) {
+    TubeEstimate& estimate = outlets_[i]->back();
+    estimate.instrument = static_cast<std::uint32_t>(i);
+    estimate.sequence_number = ++sequence_numbers_[i];
+    estimate.stamps = StageStamps{};
+    estimate.image_frame = 0;
+    for (const ImageMeasurement* image : observation.images) {
+      if (image != nullptr) {
+        estimate.image_frame = image->frame_number;
+        estimate.stamps.exposure_ns = to_ns(image->exposure);
+        estimate.stamps.image_grabbed_ns = to_ns(image->grabbed);
+        estimate.stamps.frangi_started_ns = to_ns(image->frangi_started);
+        estimate.stamps.frangi_finished_ns = to_ns(image->frangi_finished);
+      }
+    }
+    estimate.stamps.optimizer_started_ns = to_ns(clock.now());
+    estimators_[i]->estimate(observation, estimate);
+    const MonotonicTime finished = clock.now();
+    estimate.stamps.optimizer_finished_ns = to_ns(finished);
+    if (finished - observation.now > period_) {
+      estimate.reasons.add(Reason::kDeadlineMissed);
+    }
+    newest_validity_ = estimate.validity;
+    superseded_ += outlets_[i]->publish() ? 1 : 0;
+    ++outputs_;
+    publisher_bell_.ring();
+  }
+  schedule_.paid(observation.now);
+}
+
+void OptimizerStage::describe(StageReport& report) const noexcept {
+  report.state = outputs_ == 0 || newest_validity_ == Validity::kNotAvailable
+                     ? StageState::kStarting
+                     : (newest_validity_ == Validity::kValid ? StageState::kRunning : StageState::kDegraded);
+  report.outputs = outputs_;
+  report.dropped = superseded_ + late_images_;
+  report.refused = backward_em_;
+}
+
+}  // namespace tubed

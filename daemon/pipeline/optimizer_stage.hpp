@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/pipeline/em_acquisition_stage.hpp"
+#include "daemon/pipeline/tick_schedule.hpp"
+#include "daemon/pipeline/triple_buffer.hpp"
+
+namespace tubed {
+
+/// Hand-overs of one camera, as the optimizer sees them.
+struct CameraInlet {
+  TripleBuffer<ImageMeasurement>* measurements = nullptr;
+  TripleBuffer<MonotonicTime>* announcements = nullptr;
+};
+
+/// Makes the estimates of all instruments: at once when an image was measured, by the clock in the gaps. See
+/// Stage.
+class OptimizerStage final : public Stage {
+ public:
+  /// `outlets[i]` takes the estimates of `estimators[i]`.
+  OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimators,
+                 std::vector<TripleBuffer<TubeEstimate>*> outlets, std::vector<CameraInlet> cameras,
+                 EmRing& em, const PipelineSettings& settings, Doorbell& own_bell, Doorbell& publisher_bell);
+
+  void wait(const Clock& clock) noexcept override;
+  bool step(const Clock& clock) noexcept override;
+  void wake() noexcept override { bell_.ring(); }
+  void describe(StageReport& report) const noexcept override;
+
+ private:
+  struct CameraState {
+    bool unused = false;              ///< measured and not yet part of an estimate
+    MonotonicTime announced{};        ///< exposure of the newest grabbed image
+    MonotonicTime newest{};           ///< exposure of the newest measured or refused one, or off instant
+    MonotonicTime newest_measured{};  ///< exposure of the newest with pixels
+    ImageState state = ImageState::kMeasured;
+    bool seen_any = false;
+  };
+
+  void take_em() noexcept;
+  void take_images(MonotonicTime now) noexcept;
+  [[nodiscard]] int oldest_unused() const noexcept;
+  [[nodiscard]] bool is_waiting_for_second_view(int camera, MonotonicTime now) const noexcept;
+  Observation observe(MonotonicTime instant, MonotonicTime now, bool is_image_instant) noexcept;
+  void make_estimates(const Observation& observation, const Clock& clock) noexcept;
+
+  std::vector<std::unique_ptr<Estimator>> estimators_;
+  std::vector<TripleBuffer<TubeEstimate>*> outlets_;
+  std::vector<CameraInlet> cameras_;
+  std::vector<CameraState> states_;
+  EmRing& em_ring_;
+  Doorbell& bell_;
+  Doorbell& publisher_bell_;
+  std::chrono::nanoseconds period_;
+  TickSchedule schedule_;
+  EmHistory em_;
+  EmFrame incoming_;
+  std::vector<std::uint64_t> sequence_numbers_;
+  std::uint64_t outputs_ = 0;
+  std::uint64_t superseded_ = 0;
+  std::uint64_t late_images_ = 0;
+  std::uint64_t backward_em_ = 0;
+  Validity newest_validity_ = Validity::kNotAvailable;
+};
+
+}  // namespace tubed

@@ -1,0 +1,118 @@
+#include "daemon/pipeline/stage_thread.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "daemon/pipeline/allocation_counter.hpp"
+#include "daemon/pipeline/latency_histogram.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr std::chrono::milliseconds kReportPeriod{100};
+
+std::string apply_scheduling(const std::string& name, const ThreadSettings& settings) {
+  pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
+  std::string refused;
+  if (!settings.cpus.empty()) {
+    cpu_set_t cpus;
+    CPU_ZERO(&cpus);
+    for (const int cpu : settings.cpus) {
+      CPU_SET(static_cast<std::size_t>(cpu), &cpus);
+    }
+    if (const int error = pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus); error != 0) {
+      refused = name + ": CPU set refused (" + std::strerror(error) + "); does this machine have these CPUs?";
+    }
+  }
+  if (settings.fifo_priority > 0) {
+    sched_param parameter{};
+    parameter.sched_priority = settings.fifo_priority;
+    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter); error != 0) {
+      refused +=
+          (refused.empty() ? "" : "; ") + name + ": SCHED_FIFO priority " +
+          std::to_string(settings.fifo_priority) + " refused (" + std::strerror(error) +
+          "); raise RLIMIT_RTPRIO (LimitRTPRIO= in the unit, or ulimit -r), or set scheduling = \"optional\"";
+    }
+  }
+  return refused;
+}
+
+bool same_condition(const StageReport& a, const StageReport& b) {
+  return a.state == b.state && a.why == b.why;
+}
+
+}  // namespace
+
+MonotonicTime MonotonicClock::now() const noexcept { return std::chrono::steady_clock::now(); }
+
+StageThread::StageThread(std::string name, Stage& stage, ThreadSettings settings)
+    : name_(std::move(name)), stage_(stage), settings_(std::move(settings)) {}
+
+StageThread::~StageThread() {
+  request_stop();
+  if (thread_ && thread_->joinable()) {
+    thread_->join();
+  }
+}
+
+SchedulingOutcome StageThread::start() {
+  thread_ = std::make_unique<std::thread>([this] { run(); });
+  while (!scheduled_.wait_until(clock_.now() + std::chrono::seconds(1))) {
+  }
+  return scheduling_;
+}
+
+void StageThread::request_stop() noexcept {
+  stop_.set();
+  stage_.wake();
+}
+
+const StageReport& StageThread::newest_report() {
+  reports_.fetch();
+  return reports_.front();
+}
+
+void StageThread::run() {
+  scheduling_.why = apply_scheduling(name_, settings_);
+  scheduling_.refused = !scheduling_.why.empty();
+  scheduled_.ring();
+  report_.since_ns = to_ns(clock_.now());
+  while (!stop_.is_set()) {
+    stage_.wait(clock_);
+    const MonotonicTime started = clock_.now();
+    const bool worked = stage_.step(clock_);
+    const MonotonicTime finished = clock_.now();
+    if (worked) {
+      ++report_.steps;
+      count_latency(report_.busy, finished - started);
+    }
+    publish_report(finished);
+  }
+}
+
+// At most ten times a second, and at once when the stage's condition changes.
+void StageThread::publish_report(MonotonicTime now) {
+  StageReport described = report_;
+  stage_.describe(described);
+  const bool changed = !same_condition(described, report_);
+  if (!changed && now < next_report_) {
+    return;
+  }
+  const ThreadCosts costs = costs_of_this_thread();
+  described.since_ns = changed ? to_ns(now) : report_.since_ns;
+  described.allocations = costs.allocations;
+  described.locks = costs.locks;
+  described.exceptions = costs.exceptions;
+  described.costs_counted = costs_are_counted();
+  report_ = described;
+  next_report_ = now + kReportPeriod;
+  reports_.back() = report_;
+  reports_.publish();
+}
+
+}  // namespace tubed
