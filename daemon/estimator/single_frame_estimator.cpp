@@ -111,7 +111,7 @@ void SingleFrameEstimator::reject_outlier(CoilObservations& coils) {
   if (coils.used_count() < 4) {
     return;
   }
-  const double cost = map_.cost(coils, nullptr, 0, C_);
+  const double cost = map_.contradiction(coils, C_);
   double best_cost = cost - kOutlierGain;
   int outlier = -1;
   // Cheap way out: the whole cost is too small for any coil to save so much.
@@ -124,7 +124,7 @@ void SingleFrameEstimator::reject_outlier(CoilObservations& coils) {
     bool converged = false;
     if (map_.solve_linear(coils, C_without_)) {
       map_.refine(coils, nullptr, 0, settings_.iterations, C_without_, converged);
-      const double cost_without = map_.cost(coils, nullptr, 0, C_without_);
+      const double cost_without = map_.contradiction(coils, C_without_);
       if (cost_without < best_cost) {
         best_cost = cost_without;
         outlier = i;

@@ -43,22 +43,27 @@ void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C
   }
 }
 
-void TubeMap::add_tube_prior(const Eigen::Matrix3Xd& C, bool with_strain) {
+void TubeMap::add_bending(const Eigen::Matrix3Xd& C) {
   const double h = spline_.spacing_mm();
-  const double ds = h / 2;
-  const double bending_weight = std::sqrt(ds / settings_.bending_q_per_mm);
-  const double strain_weight = std::sqrt(ds) / settings_.sigma_strain_sqrt_mm;
+  const double weight = std::sqrt(h / 2 / settings_.bending_q_per_mm);
   for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
     for (const double node : kGaussNodes) {
       const CubicBasis basis = spline_.basis((segment + node) * h);
       const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
-      equations_.add_isotropic(basis.first, basis.second_derivative, bending_weight, second * bending_weight);
-      if (with_strain) {
-        const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
-        const double speed = std::max(derivative.norm(), 1e-6);
-        equations_.add(basis.first, basis.first_derivative, derivative / speed * strain_weight,
-                       (speed - 1) * strain_weight);
-      }
+      equations_.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
+    }
+  }
+}
+
+void TubeMap::add_strain(const Eigen::Matrix3Xd& C) {
+  const double h = spline_.spacing_mm();
+  const double weight = std::sqrt(h / 2) / settings_.sigma_strain_sqrt_mm;
+  for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
+    for (const double node : kGaussNodes) {
+      const CubicBasis basis = spline_.basis((segment + node) * h);
+      const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+      const double speed = std::max(derivative.norm(), 1e-6);
+      equations_.add(basis.first, basis.first_derivative, derivative / speed * weight, (speed - 1) * weight);
     }
   }
 }
@@ -82,7 +87,8 @@ void TubeMap::linearise(const CoilObservations& coils, const ViewConstraints* vi
                         const Eigen::Matrix3Xd& C) {
   equations_.clear();
   add_coils(coils, C);
-  add_tube_prior(C, true);
+  add_bending(C);
+  add_strain(C);
   for (int v = 0; v < view_count; ++v) {
     add_view(views[v], C);
   }
@@ -105,7 +111,7 @@ bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
                                coil.tangent_world * tangent_weight);
     }
   }
-  add_tube_prior(C, false);
+  add_bending(C);
   if (!equations_.solve(0, step_)) {
     return false;
   }
@@ -147,9 +153,10 @@ int TubeMap::refine(const CoilObservations& coils, const ViewConstraints* views,
   return most_iterations;
 }
 
-double TubeMap::cost(const CoilObservations& coils, const ViewConstraints* views, int view_count,
-                     const Eigen::Matrix3Xd& C) {
-  linearise(coils, views, view_count, C);
+double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
+  equations_.clear();
+  add_coils(coils, C);
+  add_strain(C);
   return equations_.cost();
 }
 

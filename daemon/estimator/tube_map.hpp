@@ -53,9 +53,9 @@ class TubeMap {
   int refine(const CoilObservations& coils, const ViewConstraints* views, int view_count, int most_iterations,
              Eigen::Matrix3Xd& C, bool& converged);
 
-  /// The cost at C: sum of squared whitened residuals, i.e. minus twice the log posterior up to a constant.
-  double cost(const CoilObservations& coils, const ViewConstraints* views, int view_count,
-              const Eigen::Matrix3Xd& C);
+  /// Sum of squared whitened residuals of coils and strain at C: what contradicts itself. Bending is left
+  /// out: a coil that makes the tube bend around a vessel's arch is no suspect.
+  double contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C);
 
   /// Linearises at C and inverts, for covariance(). False when that fails.
   bool invert_at(const CoilObservations& coils, const ViewConstraints* views, int view_count,
@@ -70,7 +70,8 @@ class TubeMap {
   void linearise(const CoilObservations& coils, const ViewConstraints* views, int view_count,
                  const Eigen::Matrix3Xd& C);
   void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C);
-  void add_tube_prior(const Eigen::Matrix3Xd& C, bool with_strain);
+  void add_bending(const Eigen::Matrix3Xd& C);
+  void add_strain(const Eigen::Matrix3Xd& C);
   void add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C);
 
   EstimatorSettings settings_;

@@ -3,6 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+// The inner loops are compiled for several instruction sets and chosen when the program starts; the
+// sanitizers cannot run that early.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define TUBED_SIMD_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define TUBED_SIMD_CLONES
+#endif
+
 namespace tubed {
 
 namespace {
@@ -57,7 +66,7 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
   spread_.resize(pixels);
 }
 
-void FrangiFilter::smooth(std::span<const float> grey, const Scale& scale) {
+TUBED_SIMD_CLONES void FrangiFilter::smooth(std::span<const float> grey, const Scale& scale) {
   const int reach = static_cast<int>(scale.half_kernel.size()) - 1;
   const float* weights = scale.half_kernel.data();
   for (int y = 0; y < height_; ++y) {
@@ -67,7 +76,7 @@ void FrangiFilter::smooth(std::span<const float> grey, const Scale& scale) {
     std::copy(in, in + width_, padded + reach);
     std::fill(padded + reach + width_, padded + 2 * reach + width_, in[width_ - 1]);
     float* out = rows_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    const float* centre = padded + reach;
+    const float* __restrict centre = padded + reach;
     for (int x = 0; x < width_; ++x) {
       out[x] = weights[0] * centre[x];
     }
@@ -95,14 +104,14 @@ void FrangiFilter::smooth(std::span<const float> grey, const Scale& scale) {
 
 // Fills trace_ and spread_; returns the greatest squared Hessian norm l1^2 + l2^2. The outermost pixels stay
 // 0.
-float FrangiFilter::second_derivatives(float variance) {
+TUBED_SIMD_CLONES float FrangiFilter::second_derivatives(float variance) {
   float greatest = 0;
   for (int y = 1; y + 1 < height_; ++y) {
-    const float* centre = smoothed_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    const float* above = centre - width_;
-    const float* below = centre + width_;
-    float* trace = trace_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    float* spread = spread_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+    const float* __restrict centre = smoothed_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+    const float* __restrict above = centre - width_;
+    const float* __restrict below = centre + width_;
+    float* __restrict trace = trace_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+    float* __restrict spread = spread_.data() + static_cast<std::ptrdiff_t>(y) * width_;
     float row_greatest = 0;
     for (int x = 1; x + 1 < width_; ++x) {
       const float xx = centre[x - 1] - 2 * centre[x] + centre[x + 1];
@@ -120,18 +129,23 @@ float FrangiFilter::second_derivatives(float variance) {
   return greatest;
 }
 
-void FrangiFilter::add_response(float c, std::span<float> vesselness, bool first) const {
+TUBED_SIMD_CLONES void FrangiFilter::add_response(float c, std::span<float> vesselness, bool first) const {
   const float per_c = -0.5F / (c * c);
   const float per_beta = -0.5F / (beta_ * beta_);
-  for (std::size_t i = 0; i < vesselness.size(); ++i) {
+  const float* __restrict means = trace_.data();
+  const float* __restrict spreads = spread_.data();
+  float* __restrict out = vesselness.data();
+  const auto pixels = static_cast<std::ptrdiff_t>(vesselness.size());
+  const float keep = first ? 0.0F : 1.0F;
+  for (std::ptrdiff_t i = 0; i < pixels; ++i) {
     // Dark ridges: the eigenvalue of greater magnitude is positive, so it is mean + spread and mean > 0.
-    const float large = trace_[i] + spread_[i];
-    const float small = trace_[i] - spread_[i];
+    const float large = means[i] + spreads[i];
+    const float small = means[i] - spreads[i];
     const float ratio = small / std::max(large, 1e-12F);
     const float blob = exp_negative(per_beta * ratio * ratio);
     const float strength = 1.0F - exp_negative(per_c * (large * large + small * small));
-    const float response = trace_[i] > 0 ? blob * strength : 0.0F;
-    vesselness[i] = first ? response : std::max(vesselness[i], response);
+    const float response = means[i] > 0 ? blob * strength : 0.0F;
+    out[i] = std::max(keep * out[i], response);
   }
 }
 

@@ -1,0 +1,118 @@
+#include "clients/tubectl/offline_reconstruction.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/image/frangi.hpp"
+#include "daemon/image/image_checks.hpp"
+#include "drivers/replay/sequence_image.hpp"
+
+namespace tubed {
+
+namespace {
+
+// Sequence time starts at 0, and 0 ns means "never" in an observation.
+constexpr std::int64_t kStart_ns = 1'000'000'000;
+
+MonotonicTime at(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9)); }
+
+/// The image half of one camera.
+struct CameraBench {
+  FrangiFilter filter;
+  ImageMeasurement measurement;
+  std::uint64_t previous_sum = 0;
+
+  CameraBench(const CameraCalibration& camera, const FrangiSettings& frangi)
+      : filter(camera.width, camera.height, frangi) {
+    measurement.reserve(camera.width, camera.height);
+  }
+
+  void measure(const Sequence& sequence, const SequenceFrame& row) {
+    measurement.camera = row.camera;
+    measurement.origin = Origin::kReplayed;
+    measurement.frame_number = row.frame;
+    measurement.exposure = at(row.t_s);
+    measurement.state = ImageState::kOff;
+    measurement.rejection = ImageRejection::kNone;
+    if (!row.fluoroscopy_on()) {
+      return;
+    }
+    GreyImage image = read_image(sequence, row);
+    ImageFrame frame;
+    frame.width = image.width;
+    frame.height = image.height;
+    frame.depth = image.depth;
+    frame.pixels = std::move(image.pixels);
+    measurement.rejection = take_image(frame, measurement, previous_sum);
+    measurement.state =
+        measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
+    if (measurement.state == ImageState::kMeasured) {
+      filter.filter(measurement.grey, measurement.vesselness);
+    }
+  }
+};
+
+EmFrame em_frame_of(const SequenceMeasurement& measurement) {
+  EmFrame frame;
+  frame.measured = frame.received = at(measurement.t_s);
+  frame.tracker_frame = measurement.em_frame;
+  frame.origin = Origin::kReplayed;
+  frame.coil_count = measurement.coil_count;
+  frame.coils = measurement.coils;
+  return frame;
+}
+
+}  // namespace
+
+std::vector<SequenceInstant> instants_of(const Sequence& sequence) {
+  std::vector<SequenceInstant> instants;
+  for (std::size_t row = 0; row < sequence.frames.size(); ++row) {
+    const SequenceFrame& frame = sequence.frames[row];
+    if (instants.empty() || instants.back().t_s != frame.t_s) {
+      instants.push_back({frame.frame, frame.t_s, {}});
+    }
+    instants.back().frame = frame.frame;
+    instants.back().rows.push_back(row);
+  }
+  return instants;
+}
+
+void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, const FrangiSettings& frangi,
+                 const OnEstimate& on_estimate) {
+  std::vector<std::unique_ptr<CameraBench>> benches;
+  for (const CameraCalibration& camera : sequence.room.cameras) {
+    benches.push_back(std::make_unique<CameraBench>(camera, frangi));
+  }
+  const auto estimator = make_estimator(settings, sequence.room.instruments.front(), sequence.room);
+  const auto history = std::make_unique<EmHistory>();
+  const auto estimate = std::make_unique<TubeEstimate>();
+  auto next_em = sequence.measurements.begin();
+  MonotonicTime newest_image{};
+  for (const SequenceInstant& instant : instants_of(sequence)) {
+    for (; next_em != sequence.measurements.end() && next_em->t_s <= instant.t_s; ++next_em) {
+      history->add(em_frame_of(*next_em));
+    }
+    Observation observation;
+    observation.instant = observation.now = at(instant.t_s);
+    observation.is_image_instant = true;
+    observation.em = history.get();
+    for (const std::size_t row : instant.rows) {
+      const SequenceFrame& frame = sequence.frames[row];
+      CameraBench& bench = *benches[static_cast<std::size_t>(frame.camera)];
+      if (settings.mode != EstimatorMode::kEm) {
+        bench.measure(sequence, frame);
+        observation.images[static_cast<std::size_t>(frame.camera)] = &bench.measurement;
+        observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;
+        observation.image_rejected = bench.measurement.state == ImageState::kRejected;
+        newest_image = bench.measurement.state == ImageState::kMeasured ? observation.instant : newest_image;
+      }
+    }
+    observation.newest_image = newest_image;
+    estimate->sequence_number += 1;
+    estimator->estimate(observation, *estimate);
+    on_estimate(instant, *estimate);
+  }
+}
+
+}  // namespace tubed
