@@ -1,5 +1,6 @@
 #include "daemon/model/spline_geometry.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
