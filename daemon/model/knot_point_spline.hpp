@@ -89,10 +89,9 @@ class KnotPointSpline {
 };
 
 /// n knot points at equal arc lengths of a uniform spline whose parameter is arc length: K_i = b((i - 1) L /
-/// (n - 1)). They lie on the curve exactly, so the knot-point spline meets it at every K_i. Between them, on
-/// an arch of 80 mm radius with a knot point every 20 mm, it strays by less than 0.06 mm inside and 0.5 mm in
-/// the end pieces, where the clamp straightens it (the test measures it); a fourth (inside) resp. a half of
-/// that with twice the knot points or better.
+/// (n - 1)). They lie on the curve exactly and the knot-point spline meets it there. Between them, on an arch
+/// of 80 mm radius, it strays by 0.002 mm inside and by 0.23 mm near the ends, which the clamp straightens,
+/// with a knot point every 20 mm (0.0005 and 0.057 mm with one every 10 mm).
 Eigen::Matrix3Xd knot_points_on(const UniformCubicBSpline& spline, const ConstPoints& C_mm,
                                 int knot_point_count);
 
@@ -103,7 +102,9 @@ struct ArcLengthCurve {
 };
 
 /// The least-squares uniform spline with `coefficient_count` coefficients of a knot-point spline, resampled
-/// by arc length (8 points a coefficient). Nothing for a curve of no length. Allocates.
+/// by arc length (8 points a coefficient). 60 coefficients repeat 20 knot points on 380 mm of that arch to
+/// 0.001 mm, with a speed of 1 to 0.0005; 20 coefficients to 0.03 mm. Nothing for a curve of no length.
+/// Allocates.
 std::optional<ArcLengthCurve> arc_length_curve_of(const KnotPointSpline& knot_point_spline,
                                                   int coefficient_count);
 
