@@ -14,6 +14,7 @@ namespace tubed {
 namespace {
 
 constexpr double kUnitTolerance = 1e-2;  ///< of tangents and quaternions, which files round to a few digits
+constexpr double kGreatestTime_s = 1e9;  ///< the replay counts in ns
 constexpr double kArcLengthTolerance_mm = 1e-6;
 
 constexpr std::array<std::pair<std::string_view, CoilStatus>, 4> kStatusWords{{
@@ -28,6 +29,9 @@ class RisingTime {
  public:
   double next(const CsvReader& csv, std::size_t column) {
     const double t_s = csv.number(column);
+    if (std::abs(t_s) > kGreatestTime_s) {
+      csv.refuse(column, "the time is beyond 1e9 s; times count in seconds from the start of the sequence");
+    }
     if (t_s < last_s_) {
       csv.refuse(column, "the time goes backwards; order the rows by time");
     }

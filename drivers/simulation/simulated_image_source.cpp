@@ -1,0 +1,84 @@
+#include "drivers/simulation/simulated_image_source.hpp"
+
+#include <algorithm>
+
+#include "drivers/interface/monotonic_clock.hpp"
+
+namespace tubed {
+
+namespace {
+
+SampleClock image_clock(const DriverSettings& settings) {
+  return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("frame_rate_hz"),
+          settings.get<double>("image_latency_ms")};
+}
+
+}  // namespace
+
+SimulatedImageSource::SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings,
+                                           int camera_index)
+    : camera_(room.cameras.at(static_cast<std::size_t>(camera_index))),
+      world_(room, settings),
+      clock_(image_clock(settings)),
+      renderer_(camera_, world_, settings.get<std::int64_t>("seed"), settings.get<double>("cnr")),
+      control_folder_(settings.get<std::string>("control_folder")) {}
+
+OpenResult SimulatedImageSource::open() {
+  if (!control_folder_.empty()) {
+    OpenResult bound = control_.open(control_folder_, "image-" + camera_.name + ".sock");
+    if (!bound.ok) {
+      return bound;
+    }
+  }
+  next_ = clock_.first_after(monotonic_now());
+  is_open_ = true;
+  return {true, {}};
+}
+
+void SimulatedImageSource::close() noexcept {
+  control_.close();
+  is_open_ = false;
+}
+
+ReadOutcome SimulatedImageSource::read(ImageFrame& frame, MonotonicTime deadline) noexcept {
+  if (!is_open_) {
+    return ReadOutcome::kLost;
+  }
+  sleep_until(std::max(clock_.due(next_), faults_.stalled_until), deadline);
+  const MonotonicTime now = monotonic_now();
+  control_.poll(now, faults_);
+  next_ = clock_.after_stall(next_, faults_.stalled_until, now);
+  if (now < faults_.stalled_until || now < clock_.due(next_)) {
+    return ReadOutcome::kTimeout;
+  }
+  next_ = clock_.newest_due(now);
+  if (frame.pixels.size() <
+      static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height)) {
+    ++next_;
+    return ReadOutcome::kRefused;
+  }
+  fill(frame);
+  ++next_;
+  return ReadOutcome::kFrame;
+}
+
+void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
+  shown_ = faults_.stuck ? shown_ : next_;
+  frame.exposure = clock_.taken(next_);
+  frame.frame_number = static_cast<std::uint32_t>(next_);
+  frame.origin = Origin::kSimulated;
+  frame.fluoroscopy_on = !faults_.fluoroscopy_off;
+  frame.width = camera_.width;
+  frame.height = camera_.height;
+  frame.depth = PixelDepth::kGrey8;
+  const auto count = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  const std::span<std::uint8_t> pixels(frame.pixels.data(), count);
+  if (faults_.black) {
+    std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
+  } else if (frame.fluoroscopy_on) {
+    renderer_.render(world_, world_.seconds(clock_.taken(shown_)), shown_, pixels);
+  }
+  frame.received = monotonic_now();
+}
+
+}  // namespace tubed

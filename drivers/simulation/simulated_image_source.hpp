@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "drivers/interface/image_source.hpp"
+#include "drivers/simulation/fault_socket.hpp"
+#include "drivers/simulation/fluoroscope_renderer.hpp"
+#include "drivers/simulation/sample_clock.hpp"
+#include "drivers/simulation/simulated_world.hpp"
+
+namespace tubed {
+
+/// One view of a fluoroscope that looks at the simulated world. Called by that view's image grab thread. What
+/// exposure k shows is a pure function of the settings and k. A late reader gets the newest exposure due, the
+/// others are lost.
+class SimulatedImageSource final : public ImageSource {
+ public:
+  SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings, int camera_index);
+
+  OpenResult open() override;
+  ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept override;
+  void close() noexcept override;
+
+ private:
+  void fill(ImageFrame& frame) noexcept;
+
+  CameraCalibration camera_;
+  SimulatedWorld world_;
+  SampleClock clock_;
+  FluoroscopeRenderer renderer_;
+  std::string control_folder_;
+  FaultSocket control_;
+  Faults faults_;
+  std::int64_t next_ = 0;   ///< exposure to deliver next
+  std::int64_t shown_ = 0;  ///< exposure that was drawn last: a stuck fluoroscope repeats it
+  bool is_open_ = false;
+};
+
+}  // namespace tubed

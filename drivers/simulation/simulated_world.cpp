@@ -1,0 +1,69 @@
+#include "drivers/simulation/simulated_world.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kEntryX_mm = 30;   ///< the descending aorta's place
+constexpr double kEntryY_mm = 430;  ///< below the image: the rear of the catheter is out of view at first
+constexpr double kMiddleInsertion_mm = 595;  ///< tip just past the top of the arch
+constexpr double kTravel_mm = 75;            ///< to either side of it
+constexpr double kTurnOfNextVessel_rad = 0.35;
+const Eigen::Vector3d kOffsetOfNextVessel_mm(14, 8, 0);
+
+/// Bend directions count from the normal, which points to image left; a quarter turn on is depth.
+std::vector<VesselPiece> aortic_arch() {
+  constexpr double kDeeper_rad = std::numbers::pi / 2;
+  constexpr double kShallower_rad = -std::numbers::pi / 2;
+  return {
+      {260, 0, 0},                    // from the groin
+      {120, 1.0 / 900, kDeeper_rad},  // descending aorta, an S in depth: 16 mm
+      {120, 1.0 / 900, kShallower_rad},
+      {45, 1.0 / 27, 0.25},  // arch, its plane turned out of the image's
+      {43, 1.0 / 30, 0.20},
+      {80, 1.0 / 220, 0.4},  // ascending aorta
+  };
+}
+
+VesselCentreline vessel_of(std::size_t instrument) {
+  const auto number = static_cast<double>(instrument);
+  const Eigen::AngleAxisd turn(number * kTurnOfNextVessel_rad, Eigen::Vector3d::UnitY());
+  const Eigen::Vector3d entry_mm =
+      Eigen::Vector3d(kEntryX_mm, kEntryY_mm, 0) + number * kOffsetOfNextVessel_mm;
+  return {entry_mm, -Eigen::Vector3d::UnitY(), turn * -Eigen::Vector3d::UnitX(), aortic_arch()};
+}
+
+}  // namespace
+
+SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& settings)
+    : room_(std::move(room)),
+      epoch_(from_ns(settings.get<std::int64_t>("epoch_ns"))),
+      greatest_speed_mm_s_(settings.get<double>("speed_mm_s")) {
+  for (std::size_t instrument = 0; instrument < room_.instruments.size(); ++instrument) {
+    vessels_.push_back(vessel_of(instrument));
+  }
+}
+
+double SimulatedWorld::insertion_mm(int instrument, double t_s) const {
+  const double angular_speed = greatest_speed_mm_s_ / kTravel_mm;
+  return kMiddleInsertion_mm + kTravel_mm * std::sin(angular_speed * t_s + instrument);
+}
+
+Eigen::Vector3d SimulatedWorld::point(int instrument, double t_s, double s_mm) const {
+  return at(instrument, t_s, s_mm).p_world_mm;
+}
+
+Eigen::Vector3d SimulatedWorld::tangent(int instrument, double t_s, double s_mm) const {
+  return at(instrument, t_s, s_mm).tangent_world;
+}
+
+VesselPoint SimulatedWorld::at(int instrument, double t_s, double s_mm) const {
+  return vessels_[static_cast<std::size_t>(instrument)].at(insertion_mm(instrument, t_s) - s_mm);
+}
+
+}  // namespace tubed

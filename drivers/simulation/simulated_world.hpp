@@ -1,0 +1,50 @@
+// The truth of the simulation: where every catheter is at any time.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "drivers/interface/driver_settings.hpp"
+#include "drivers/interface/room.hpp"
+#include "drivers/interface/timestamps.hpp"
+#include "drivers/simulation/vessel_centreline.hpp"
+
+namespace tubed {
+
+/// Catheters that slide to and fro along an aortic arch, each in a vessel of its own. A pure function of
+/// settings and time: another process with the same settings has the same truth. Uses nothing of the
+/// estimator's curves. Immutable, callable from any thread, never allocates after construction.
+///
+/// The vessel comes up from below the image of a camera that looks along world z at the world's origin (x
+/// right, y down), turns over an arch of about 28 mm radius and comes down again, about 20 mm deep in z. The
+/// catheter's point at arc length s from the tip is the vessel's at insertion - s: it keeps its length by
+/// construction.
+class SimulatedWorld {
+ public:
+  /// `settings`: the described keys of the simulation driver; `epoch_ns` and `speed_mm_s` are used here.
+  SimulatedWorld(RoomDescription room, const DriverSettings& settings);
+
+  /// Seconds since the epoch of the simulation.
+  [[nodiscard]] double seconds(MonotonicTime time) const { return seconds_between(epoch_, time); }
+
+  /// Centreline of the instrument (index in the room's list) at `t_s` seconds since the epoch, `s_mm` from
+  /// its tip; s_mm may be beyond its length. World frame, mm.
+  [[nodiscard]] Eigen::Vector3d point(int instrument, double t_s, double s_mm) const;
+  /// Unit tangent there, toward the tip, world frame.
+  [[nodiscard]] Eigen::Vector3d tangent(int instrument, double t_s, double s_mm) const;
+  /// How far the tip has come along its vessel, mm from the entry.
+  [[nodiscard]] double insertion_mm(int instrument, double t_s) const;
+
+  [[nodiscard]] const RoomDescription& room() const { return room_; }
+
+ private:
+  [[nodiscard]] VesselPoint at(int instrument, double t_s, double s_mm) const;
+
+  RoomDescription room_;
+  MonotonicTime epoch_;
+  double greatest_speed_mm_s_;
+  std::vector<VesselCentreline> vessels_;  ///< one an instrument
+};
+
+}  // namespace tubed
