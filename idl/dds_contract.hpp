@@ -1,0 +1,56 @@
+// The five topics and the QoS writers and readers agree on: one table for both sides, so that they always
+// match.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "EmSamples.h"
+#include "TubeEstimate.h"
+#include "TubeHealth.h"
+#include "TubeIdentity.h"
+#include "TubeStatus.h"
+#include "idl/dds_entity.hpp"
+
+namespace tubed {
+
+inline constexpr std::chrono::milliseconds kEstimateDeadline{100};    ///< an estimate at least this often
+inline constexpr std::chrono::milliseconds kEstimateLiveliness{250};  ///< silence that means: hung or dead
+inline constexpr std::chrono::milliseconds kEstimateLifespan{200};    ///< older ones are not delivered
+inline constexpr std::chrono::milliseconds kEmLifespan{1000};
+inline constexpr std::chrono::milliseconds kLongestWrite{2};  ///< a writer gives up rather than wait longer
+
+/// What distinguishes one topic from another; zero durations mean "none".
+struct TopicContract {
+  const char* name;
+  const dds_topic_descriptor_t* type;
+  dds_durability_kind_t durability;
+  int history_depth;
+  std::chrono::milliseconds deadline;
+  std::chrono::milliseconds liveliness;  ///< MANUAL_BY_TOPIC
+  std::chrono::milliseconds lifespan;
+};
+
+/// The contract of the topic that carries `Sample`, one of the five generated structs.
+template <typename Sample>
+const TopicContract& contract_of();
+template <>
+const TopicContract& contract_of<tubed_TubeEstimate>();
+template <>
+const TopicContract& contract_of<tubed_EmSamples>();
+template <>
+const TopicContract& contract_of<tubed_TubeStatus>();
+template <>
+const TopicContract& contract_of<tubed_TubeIdentity>();
+template <>
+const TopicContract& contract_of<tubed_TubeHealth>();
+
+/// Writer of a topic in `partition` (empty: the default partition), data representation XCDR1.
+/// Throws DdsError. The topic entity belongs to the participant.
+DdsEntity make_writer(const DdsEntity& participant, const TopicContract& topic, const std::string& partition);
+
+/// Reader of a topic that keeps up to `history_depth` samples an instrument. Throws DdsError.
+DdsEntity make_reader(const DdsEntity& participant, const TopicContract& topic, const std::string& partition,
+                      int history_depth);
+
+}  // namespace tubed
