@@ -141,33 +141,43 @@ void SingleFrameEstimator::reject_outlier(CoilObservations& coils) {
 
 void SingleFrameEstimator::fuse_images(const Observation& observation, const CoilObservations& coils,
                                        TubeEstimate& estimate) {
-  bool measured = false;
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    for (std::size_t v = 0; v < views_.size(); ++v) {
-      const ImageMeasurement* image = observation.images[v];
-      if (image != nullptr && image->state == ImageState::kMeasured) {
-        measure_view(*image, views_[v], reach);
-        measured = measured || views_[v].count > 0;
-      }
-    }
+    const bool looked = measure_images(observation, reach, estimate);
     const int view_count = gather_views(observation.instant);
     if (view_count == 0) {
       return;
     }
     estimate.iterations += static_cast<std::uint32_t>(
         map_.refine(coils, constraints_.data(), view_count, settings_.iterations, C_, converged_));
-    if (!measured) {
-      break;  // only lines of an earlier image: one round is all they can give
+    if (!looked) {
+      return;  // only lines of an earlier image: one round is all they can give
     }
   }
-  estimate.has_image = measured;
-  for (const View& view : views_) {
+}
+
+// Looks for the tube in every image of the instant; false when there was none to look at.
+bool SingleFrameEstimator::measure_images(const Observation& observation, int reach_px,
+                                          TubeEstimate& estimate) {
+  bool looked = false;
+  estimate.has_image = false;
+  estimate.image_inlier_ratio = 0;
+  estimate.in_view_ratio = 0;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ImageMeasurement* image = observation.images[v];
+    if (image == nullptr || image->state != ImageState::kMeasured) {
+      continue;
+    }
+    View& view = views_[v];
+    measure_view(*image, view, reach_px);
+    looked = true;
+    estimate.has_image = estimate.has_image || view.count > 0;
     estimate.image_inlier_ratio =
         std::max(estimate.image_inlier_ratio, static_cast<float>(view.inlier_ratio));
     estimate.in_view_ratio = std::max(estimate.in_view_ratio, static_cast<float>(view.in_view_ratio));
   }
+  return looked;
 }
 
 void SingleFrameEstimator::project_lines(View& view, int& in_view) {

@@ -40,6 +40,7 @@ class SingleFrameEstimator final : public Estimator {
   bool solve_em(CoilObservations& coils, TubeEstimate& estimate);
   void reject_outlier(CoilObservations& coils);
   void fuse_images(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
+  bool measure_images(const Observation& observation, int reach_px, TubeEstimate& estimate);
   void project_lines(View& view, int& in_view);
   void measure_view(const ImageMeasurement& image, View& view, int reach_px);
   int gather_views(MonotonicTime instant);

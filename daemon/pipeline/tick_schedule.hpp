@@ -2,6 +2,8 @@
 // for by a burst.
 #pragma once
 
+#include <algorithm>
+
 #include "drivers/interface/timestamps.hpp"
 
 namespace tubed {
@@ -21,7 +23,9 @@ class TickSchedule {
   /// forgiven.
   void paid(MonotonicTime now) {
     slot_ += period_;
-    slot_ = std::max(slot_, now + period_ / 2);
+    if (slot_ <= now) {
+      slot_ = now + period_;
+    }
     slot_ = std::min(slot_, now + period_ + period_ / 2);
   }
 

@@ -6,10 +6,10 @@
 namespace tubed {
 
 struct DdsSettings {
-  int domain = 0;                            ///< 0 .. 230
-  std::string partition;                     ///< the room; empty = the default partition
-  std::string network_interface = "lo";      ///< "lo" keeps everything on this host; a name or address opens it
-  std::string world_frame = "world";         ///< what "world" is, for TubeIdentity
+  int domain = 0;                        ///< 0 .. 230
+  std::string partition;                 ///< the room; empty = the default partition
+  std::string network_interface = "lo";  ///< "lo" keeps everything on this host; a name or address opens it
+  std::string world_frame = "world";     ///< what "world" is, for TubeIdentity
 };
 
 }  // namespace tubed

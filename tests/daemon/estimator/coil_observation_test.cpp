@@ -1,0 +1,82 @@
+#include "daemon/estimator/coil_observation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/daemon/estimator/simulated_tube.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr std::int64_t kStuck_ns = 150'000'000;
+
+struct CoilBench {
+  RoomDescription room = one_view_room();
+  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
+  CoilObservations observe(const EmFrame& frame) {
+    history->add(frame);
+    return observe_coils(history->newest_until(frame.measured), *history, room.instruments.front(),
+                         room.T_world_em, kStuck_ns);
+  }
+};
+
+TEST(CoilObservation, ASensorOutsideTheFieldIsMissingNotAtTheOrigin) {
+  CoilBench bench;
+  EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);
+  frame.coils[2] = CoilSample{};
+  frame.coils[3].status = CoilStatus::kOutOfVolume;
+  const CoilObservations coils = bench.observe(frame);
+  EXPECT_EQ(coils.coils[2].state, CoilState::kMissing);
+  EXPECT_EQ(coils.coils[3].state, CoilState::kOutOfVolume);
+  EXPECT_EQ(coils.used_count(), 3);
+}
+
+TEST(CoilObservation, OkWithoutAFinitePoseIsMissing) {
+  CoilBench bench;
+  EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);
+  frame.coils[0].p_em_mm.x() = CoilSample::kNaN;
+  frame.coils[1].tangent_em.setZero();
+  EXPECT_EQ(bench.observe(frame).used_count(), 3);
+}
+
+TEST(CoilObservation, PosesAreTakenToTheWorld) {
+  CoilBench bench;
+  bench.room.T_world_em = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+  const EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);
+  const CoilObservations coils = bench.observe(frame);
+  EXPECT_LT((coils.coils[1].p_world_mm - bench.room.T_world_em * frame.coils[1].p_em_mm).norm(), 1e-12);
+  EXPECT_LT(
+      (coils.coils[1].tangent_world - bench.room.T_world_em.linear() * frame.coils[1].tangent_em).norm(),
+      1e-9);
+}
+
+TEST(CoilObservation, ACoilMountedTheOtherWayRoundIsTurned) {
+  CoilBench bench;
+  bench.room.instruments[0].coils[0].flipped = true;
+  const EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);
+  EXPECT_LT((bench.observe(frame).coils[0].tangent_world + frame.coils[0].tangent_em).norm(), 1e-9);
+}
+
+TEST(CoilObservation, ValuesThatRepeatBitByBitAreStuckAfterTheLimit) {
+  CoilBench bench;
+  CoilObservations coils;
+  for (int i = 0; i <= 6; ++i) {
+    EmFrame frame = measure_coils(bench.room, from_ns(1 + i * 25'000'000LL), 1, static_cast<unsigned>(i));
+    frame.coils[4] = measure_coils(bench.room, from_ns(1), 1, 99).coils[4];
+    coils = bench.observe(frame);
+    EXPECT_EQ(coils.coils[4].state, i < 6 ? CoilState::kUsed : CoilState::kStuck) << i * 25 << " ms";
+  }
+  EXPECT_EQ(coils.used_count(), 4);
+}
+
+TEST(CoilObservation, WithoutAnyMeasurementAllAreMissing) {
+  CoilBench bench;
+  const CoilObservations coils = observe_coils(nullptr, *bench.history, bench.room.instruments.front(),
+                                               bench.room.T_world_em, kStuck_ns);
+  EXPECT_EQ(coils.count, 5);
+  EXPECT_EQ(coils.used_count(), 0);
+}
+
+}  // namespace
+}  // namespace tubed

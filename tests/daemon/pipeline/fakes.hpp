@@ -1,0 +1,100 @@
+// Sources, clock, estimator and outlet of a test's making.
+#pragma once
+
+#include <deque>
+#include <vector>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/pipeline/publisher_stage.hpp"
+#include "daemon/pipeline/stage.hpp"
+#include "drivers/interface/em_source.hpp"
+#include "drivers/interface/image_source.hpp"
+
+namespace tubed {
+
+/// A clock that stands still until it is moved.
+class FakeClock final : public Clock {
+ public:
+  [[nodiscard]] MonotonicTime now() const noexcept override { return now_; }
+  void advance(std::chrono::nanoseconds step) { now_ += step; }
+  void set(MonotonicTime now) { now_ = now; }
+
+ private:
+  MonotonicTime now_ = from_ns(1'000'000'000'000);
+};
+
+/// Plays a list of outcomes; a frame carries its number and the time it is read at.
+class FakeEmSource final : public EmSource {
+ public:
+  struct Log {
+    int opened = 0;
+    int closed = 0;
+  };
+  FakeEmSource(std::deque<ReadOutcome> reads, std::deque<bool> opens, Log& log)
+      : reads_(std::move(reads)), opens_(std::move(opens)), log_(log) {}
+
+  OpenResult open() override {
+    ++log_.opened;
+    const bool ok = opens_.empty() || opens_.front();
+    if (!opens_.empty()) {
+      opens_.pop_front();
+    }
+    return {ok, ok ? "" : "no tracker on the line; is it plugged in?"};
+  }
+  ReadOutcome read(EmFrame& frame, MonotonicTime /*deadline*/) noexcept override {
+    if (reads_.empty()) {
+      return ReadOutcome::kTimeout;
+    }
+    const ReadOutcome outcome = reads_.front();
+    reads_.pop_front();
+    if (outcome == ReadOutcome::kFrame) {
+      frame.tracker_frame = ++number_;
+    }
+    return outcome;
+  }
+  void close() noexcept override { ++log_.closed; }
+
+ private:
+  std::deque<ReadOutcome> reads_;
+  std::deque<bool> opens_;
+  Log& log_;
+  std::uint32_t number_ = 0;
+};
+
+/// Remembers what it was asked; answers VALID.
+class FakeEstimator final : public Estimator {
+ public:
+  explicit FakeEstimator(std::vector<Observation>& asked) : asked_(asked) { asked_.reserve(1000); }
+  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override {
+    asked_.push_back(observation);
+    estimate.validity = Validity::kValid;
+    estimate.reasons = Reasons{};
+    estimate.valid_time_ns = to_ns(observation.instant);
+  }
+  void reset() noexcept override {}
+
+ private:
+  std::vector<Observation>& asked_;
+};
+
+/// Remembers what left.
+class FakeOutlet final : public Outlet {
+ public:
+  void publish(const TubeEstimate& estimate) override { estimates.push_back(estimate); }
+  void publish_em(const EmFrame& frame) override { em_frames.push_back(frame.tracker_frame); }
+  void publish_status(std::span<const NamedReport> reports, bool changed) override {
+    ++statuses;
+    changes += changed ? 1 : 0;
+    stage_count = reports.size();
+  }
+  void publish_health(std::span<const NamedReport> /*reports*/) override { ++healths; }
+
+  std::vector<TubeEstimate> estimates;
+  std::vector<std::uint32_t> em_frames;
+  int statuses = 0;
+  int changes = 0;
+  int healths = 0;
+  std::size_t stage_count = 0;
+};
+
+}  // namespace tubed

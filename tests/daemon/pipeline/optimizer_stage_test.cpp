@@ -1,0 +1,168 @@
+#include "daemon/pipeline/optimizer_stage.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/pipeline/fakes.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// An optimizer with two cameras and `instruments` instruments, stepped by hand.
+class OptimizerBench {
+ public:
+  explicit OptimizerBench(int instruments = 1)
+      : asked(static_cast<std::size_t>(instruments)), estimates(static_cast<std::size_t>(instruments)) {
+    std::vector<std::unique_ptr<Estimator>> estimators;
+    std::vector<TripleBuffer<TubeEstimate>*> outlets;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      estimators.push_back(std::make_unique<FakeEstimator>(asked[i]));
+      outlets.push_back(&estimates[i]);
+    }
+    std::vector<CameraInlet> inlets;
+    for (auto& camera : cameras) {
+      inlets.push_back({&camera.measurements, &camera.announcements});
+    }
+    stage = std::make_unique<OptimizerStage>(std::move(estimators), outlets, inlets, em, PipelineSettings{},
+                                             bell, publisher_bell);
+    stage->step(clock);  // the tick of the start
+    for (auto& buffer : estimates) {
+      buffer.fetch();
+    }
+    for (auto& list : asked) {
+      list.clear();
+    }
+  }
+
+  void announce(int camera, MonotonicTime exposure) {
+    cameras[static_cast<std::size_t>(camera)].announcements.back() = exposure;
+    cameras[static_cast<std::size_t>(camera)].announcements.publish();
+  }
+
+  void measure(int camera, MonotonicTime exposure, ImageState state = ImageState::kMeasured) {
+    auto& buffer = cameras[static_cast<std::size_t>(camera)].measurements;
+    buffer.back().exposure = exposure;
+    buffer.back().frangi_finished = clock.now();
+    buffer.back().state = state;
+    buffer.publish();
+  }
+
+  struct CameraHandOver {
+    TripleBuffer<ImageMeasurement> measurements;
+    TripleBuffer<MonotonicTime> announcements;
+  };
+  FakeClock clock;
+  std::vector<std::vector<Observation>> asked;
+  std::vector<TripleBuffer<TubeEstimate>> estimates;
+  std::array<CameraHandOver, 2> cameras;
+  EmRing em;
+  Doorbell bell;
+  Doorbell publisher_bell;
+  std::unique_ptr<OptimizerStage> stage;
+};
+
+TEST(OptimizerStage, AnImageIsEstimatedAtOnce) {
+  OptimizerBench bench;
+  bench.clock.advance(milliseconds(5));
+  const MonotonicTime exposure = bench.clock.now() - milliseconds(4);
+  bench.measure(0, exposure);
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  ASSERT_EQ(bench.asked[0].size(), 1U);
+  EXPECT_EQ(bench.asked[0][0].instant, exposure);
+  EXPECT_TRUE(bench.asked[0][0].is_image_instant);
+  EXPECT_NE(bench.asked[0][0].images[0], nullptr);
+}
+
+TEST(OptimizerStage, WithoutAnImageTheClockMakesAnEstimateAndNothingIsDoneBefore) {
+  OptimizerBench bench;
+  bench.clock.advance(milliseconds(20));
+  EXPECT_FALSE(bench.stage->step(bench.clock));
+  bench.clock.advance(milliseconds(40));
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  EXPECT_FALSE(bench.asked[0][0].is_image_instant);
+}
+
+TEST(OptimizerStage, TwoViewsOfOneInstantMakeOneEstimate) {
+  OptimizerBench bench;
+  const MonotonicTime exposure = bench.clock.now();
+  bench.announce(0, exposure);
+  bench.announce(1, exposure);
+  bench.measure(0, exposure);
+  EXPECT_FALSE(bench.stage->step(bench.clock)) << "the second view is on its way";
+  bench.clock.advance(milliseconds(3));
+  bench.measure(1, exposure);
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  ASSERT_EQ(bench.asked[0].size(), 1U);
+  EXPECT_NE(bench.asked[0][0].images[0], nullptr);
+  EXPECT_NE(bench.asked[0][0].images[1], nullptr);
+}
+
+TEST(OptimizerStage, ASecondViewThatDoesNotComeIsNotWaitedForLong) {
+  OptimizerBench bench;
+  const MonotonicTime exposure = bench.clock.now();
+  bench.announce(1, exposure);
+  bench.measure(0, exposure);
+  EXPECT_FALSE(bench.stage->step(bench.clock));
+  bench.clock.advance(milliseconds(21));
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  EXPECT_EQ(bench.asked[0][0].images[1], nullptr);
+}
+
+TEST(OptimizerStage, AnImageFromBeforeAStallIsNotPublishedAfterIt) {
+  OptimizerBench bench;
+  bench.measure(0, bench.clock.now());
+  bench.clock.advance(std::chrono::seconds(3));
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  ASSERT_EQ(bench.asked[0].size(), 1U);
+  EXPECT_FALSE(bench.asked[0][0].is_image_instant) << "a tick, not the old image";
+  EXPECT_FALSE(bench.stage->step(bench.clock)) << "one estimate, no burst";
+  StageReport report;
+  bench.stage->describe(report);
+  EXPECT_EQ(report.dropped, 1U);
+}
+
+TEST(OptimizerStage, EverySampleHasTheNextSequenceNumberOfItsInstrument) {
+  OptimizerBench bench(2);
+  for (std::uint64_t expected = 2; expected < 5; ++expected) {
+    bench.clock.advance(milliseconds(50));
+    bench.stage->step(bench.clock);
+    for (auto& buffer : bench.estimates) {
+      ASSERT_TRUE(buffer.fetch());
+      EXPECT_EQ(buffer.front().sequence_number, expected);
+    }
+  }
+  bench.estimates[1].back();
+  EXPECT_EQ(bench.estimates[0].front().instrument, 0U);
+  EXPECT_EQ(bench.estimates[1].front().instrument, 1U);
+}
+
+TEST(OptimizerStage, TheNewestWordOfTheImageSourcesReachesTheEstimator) {
+  OptimizerBench bench;
+  bench.measure(0, bench.clock.now(), ImageState::kOff);
+  bench.stage->step(bench.clock);
+  EXPECT_TRUE(bench.asked[0].back().fluoroscopy_off);
+  bench.clock.advance(milliseconds(33));
+  bench.measure(0, bench.clock.now(), ImageState::kRejected);
+  bench.stage->step(bench.clock);
+  EXPECT_TRUE(bench.asked[0].back().image_rejected);
+  EXPECT_FALSE(bench.asked[0].back().fluoroscopy_off);
+}
+
+TEST(OptimizerStage, EmMeasurementsReachTheEstimatorInOrderOfTheirTime) {
+  OptimizerBench bench;
+  EmFrame frame;
+  frame.measured = bench.clock.now();
+  bench.em.push(frame);
+  frame.measured -= milliseconds(25);  // goes backwards: refused and counted
+  bench.em.push(frame);
+  bench.clock.advance(milliseconds(50));
+  bench.stage->step(bench.clock);
+  EXPECT_EQ(bench.asked[0].back().em->size(), 1U);
+  StageReport report;
+  bench.stage->describe(report);
+  EXPECT_EQ(report.refused, 1U);
+}
+
+}  // namespace
+}  // namespace tubed
