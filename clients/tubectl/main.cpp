@@ -1,1 +1,57 @@
-int main() { return 0; }
+// tubectl: what a person types.
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "clients/tubectl/verbs.hpp"
+
+namespace {
+
+/// One line a verb: who registers it, under which heading of --help it stands, and how it looks in use.
+struct Verb {
+  CLI::App* (*add)(CLI::App& app, int& exit_code);
+  const char* heading;
+  const char* example;
+};
+
+const std::vector<Verb> kVerbs{
+    {tubed::add_reconstruct, "Reconstruct and judge",
+     "tubectl reconstruct dev1_paper --mode joint --out joint.csv"},
+    {tubed::add_evaluate, "Reconstruct and judge",
+     "tubectl evaluate dev1_paper --em em.csv --fused joint.csv"},
+    {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
+};
+
+std::string examples() {
+  std::string text = "Examples:\n";
+  for (const Verb& verb : kVerbs) text += "  " + std::string(verb.example) + "\n";
+  return text +
+         "\n`tubectl VERB --help` explains a verb. Exit codes: 0 done, 1 failed, 64 the command line is "
+         "wrong, 69 something\n"
+         "needed is not available. Research software, not a medical device.";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int exit_code = tubed::kExitOk;
+  CLI::App app{"Tracks, judges and configures from the command line what tubed sees of a catheter.",
+               "tubectl"};
+  app.set_version_flag("--version", "tubectl " TUBED_VERSION, "Print the version and leave");
+  app.get_formatter()->column_width(28);
+  app.require_subcommand(1);
+  app.footer(examples());
+  for (const Verb& verb : kVerbs) {
+    verb.add(app, exit_code)->group(verb.heading)->footer("Example:\n  " + std::string(verb.example));
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? tubed::kExitOk : tubed::kExitUsage;
+  } catch (const std::exception& error) {
+    std::cerr << "tubectl: " << error.what() << '\n';
+    return tubed::kExitFailed;
+  }
+  return exit_code;
+}

@@ -1,0 +1,79 @@
+#include "clients/tubectl/replay_configuration.hpp"
+
+#include <toml++/toml.h>
+
+#include <sstream>
+
+namespace tubed {
+
+namespace {
+
+toml::array rows_of(const RigidTransform& transform) {
+  toml::array rows;
+  for (Eigen::Index r = 0; r < 4; ++r) {
+    toml::array row;
+    for (Eigen::Index c = 0; c < 4; ++c) row.push_back(transform.matrix()(r, c));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+toml::table table_of(const CameraCalibration& camera) {
+  toml::array distortion;
+  for (const double coefficient : camera.distortion) distortion.push_back(coefficient);
+  return toml::table{{"name", camera.name},
+                     {"width", camera.width},
+                     {"height", camera.height},
+                     {"fx", camera.fx},
+                     {"fy", camera.fy},
+                     {"cx", camera.cx},
+                     {"cy", camera.cy},
+                     {"distortion", std::move(distortion)},
+                     {"T_camera_world", rows_of(camera.T_camera_world)},
+                     {"driver", "replay"}};
+}
+
+toml::table table_of(const InstrumentDescription& instrument, const std::string& id, EstimatorMode mode) {
+  toml::array coils;
+  for (const CoilPlacement& coil : instrument.coils) {
+    coils.push_back(toml::table{{"sensor", coil.sensor}, {"offset_from_tip_mm", coil.offset_from_tip_mm}});
+  }
+  return toml::table{{"id", id},
+                     {"diameter_mm", instrument.diameter_mm},
+                     {"length_mm", instrument.length_mm},
+                     {"mode", mode == EstimatorMode::kEm ? "em" : "joint"},
+                     {"coil", std::move(coils)}};
+}
+
+toml::array instruments_of(const Sequence& sequence, const ReplayConfigurationSettings& settings) {
+  const InstrumentDescription& instrument = sequence.room.instruments.front();
+  toml::array instruments;
+  instruments.push_back(table_of(instrument, instrument.id, settings.mode));
+  if (settings.instruments == TrackedTwice::kEmAloneToo) {
+    instruments.push_back(table_of(instrument, instrument.id + "-em", EstimatorMode::kEm));
+  }
+  return instruments;
+}
+
+}  // namespace
+
+std::string replay_configuration(const Sequence& sequence, const ReplayConfigurationSettings& settings) {
+  toml::table em{{"driver", "replay"}};
+  if (sequence.room.registered) em.insert("T_world_em", rows_of(sequence.room.T_world_em));
+  toml::array cameras;
+  for (const CameraCalibration& camera : sequence.room.cameras) cameras.push_back(table_of(camera));
+  const std::string folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(sequence.folder)).string();
+  const toml::table file{
+      {"daemon", toml::table{{"log_level", "info"}}},
+      {"dds", toml::table{{"domain", settings.dds_domain}}},
+      {"em", std::move(em)},
+      {"camera", std::move(cameras)},
+      {"instrument", instruments_of(sequence, settings)},
+      {"replay", toml::table{{"folder", folder}, {"loop", settings.replay == ReplayLength::kForEver}}}};
+  std::ostringstream text;
+  text << "# Replays the sequence folder " << folder << ": written by tubectl configure.\n" << file << '\n';
+  return text.str();
+}
+
+}  // namespace tubed
