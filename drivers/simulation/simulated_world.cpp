@@ -24,8 +24,8 @@ std::vector<VesselPiece> aortic_arch() {
       {260, 0, 0},                    // from the groin
       {120, 1.0 / 900, kDeeper_rad},  // descending aorta, an S in depth: 16 mm
       {120, 1.0 / 900, kShallower_rad},
-      {45, 1.0 / 27, 0.25},  // arch, its plane turned out of the image's
-      {43, 1.0 / 30, 0.20},
+      {45, 1.0 / 27, 0.12},  // arch, its plane turned out of the image's
+      {43, 1.0 / 30, 0.12},
       {80, 1.0 / 220, 0.4},  // ascending aorta
   };
 }

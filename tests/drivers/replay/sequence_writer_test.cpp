@@ -1,0 +1,60 @@
+#include "drivers/replay/sequence_writer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/drivers/replay/small_sequence.hpp"
+
+namespace tubed {
+namespace {
+
+TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
+  const TemporaryFolder source;
+  write_small_sequence(source);
+  Sequence original = read_sequence(source.path());
+  original.note = "a \"quoted\" note";
+  original.measurements[0].coils[0].p_em_mm.x() = 1.0 / 3;
+  original.truth[0].points_world_mm(0, 1) = 1e-17;
+  std::vector<GreyImage> images;
+  for (const int row : {0, 1, 3}) {
+    images.push_back(read_image(original, original.frames[static_cast<std::size_t>(row)]));
+  }
+  const TemporaryFolder target;
+
+  write_sequence(target.path() / "new", original, images);
+  const Sequence copy = read_sequence(target.path() / "new");
+
+  EXPECT_EQ(copy.note, original.note);
+  EXPECT_EQ(copy.room.T_world_em.matrix(), original.room.T_world_em.matrix());
+  EXPECT_EQ(copy.room.cameras[1].distortion, original.room.cameras[1].distortion);
+  EXPECT_EQ(copy.measurements[0].coils[0].p_em_mm.x(), 1.0 / 3);
+  EXPECT_EQ(copy.measurements[1].coils[1].status, CoilStatus::kOutOfVolume);
+  EXPECT_EQ(copy.truth[0].points_world_mm, original.truth[0].points_world_mm);
+  ASSERT_EQ(copy.frames.size(), 4U);
+  EXPECT_FALSE(copy.frames[2].fluoroscopy_on());
+  EXPECT_EQ(copy.frames[3].frame, 13U);
+  EXPECT_EQ(read_image(copy, copy.frames[3]).pixels, images[2].pixels);
+}
+
+TEST(SequenceWriter, WithoutTruthThereIsNoTruthFile) {
+  const TemporaryFolder source;
+  write_small_sequence(source);
+  Sequence sequence = read_sequence(source.path());
+  sequence.truth.clear();
+  sequence.frames.clear();
+  const TemporaryFolder target;
+
+  write_sequence(target.path(), sequence, {});
+
+  EXPECT_FALSE(std::filesystem::exists(target.path() / "truth.csv"));
+}
+
+TEST(SequenceWriter, AFolderThatCannotBeMadeIsRefused) {
+  const TemporaryFolder source;
+  write_small_sequence(source);
+
+  EXPECT_THROW(write_sequence(source.path() / "em.csv" / "below-a-file", read_sequence(source.path()), {}),
+               SequenceError);
+}
+
+}  // namespace
+}  // namespace tubed

@@ -1,0 +1,258 @@
+#include "drivers/simulation/simulation_driver.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/simulation/fault_socket.hpp"
+#include "drivers/simulation/simulated_world.hpp"
+#include "tests/drivers/simulation/simulated_room.hpp"
+
+namespace tubed {
+namespace {
+
+MonotonicTime patience() { return monotonic_now() + std::chrono::seconds(30); }
+
+TEST(Faults, CommandsAreUnderstood) {
+  Faults faults;
+  const MonotonicTime now = from_ns(1'000'000'000);
+
+  EXPECT_TRUE(apply_fault("stall 3.0", now, faults));
+  EXPECT_TRUE(apply_fault("lose-coil 2\n", now, faults));
+  EXPECT_TRUE(apply_fault("outlier 3 25", now, faults));
+  EXPECT_TRUE(apply_fault("off", now, faults));
+
+  EXPECT_EQ(faults.stalled_until, now + std::chrono::seconds(3));
+  EXPECT_TRUE(faults.lost[1]);
+  EXPECT_EQ(faults.outlier_mm[2], 25);
+  EXPECT_TRUE(faults.fluoroscopy_off);
+  EXPECT_TRUE(apply_fault("restore-coil 2", now, faults));
+  EXPECT_FALSE(faults.lost[1]);
+  EXPECT_TRUE(apply_fault("clear", now, faults));
+  EXPECT_FALSE(faults.fluoroscopy_off);
+  EXPECT_EQ(faults.stalled_until, MonotonicTime{});
+}
+
+TEST(Faults, NonsenseChangesNothing) {
+  Faults faults;
+  for (const char* command : {"", "explode", "stall", "stall -1", "stall x", "stall nan", "lose-coil 0",
+                              "lose-coil 17", "lose-coil 1.5", "outlier 3", "outlier 3 inf"}) {
+    EXPECT_FALSE(apply_fault(command, from_ns(1), faults)) << command;
+  }
+  EXPECT_EQ(faults.stalled_until, MonotonicTime{});
+  EXPECT_EQ(std::count(faults.lost.begin(), faults.lost.end(), true), 0);
+}
+
+class SimulationDriver : public ::testing::Test {
+ protected:
+  SimulationDriver() { image_.reserve(400, 600); }
+
+  RoomDescription room_ = paper_room();
+  // Ten times the usual rates: the test waits for real samples.
+  DriverSettings settings_ =
+      default_settings().with("em_rate_hz", 400.0).with("frame_rate_hz", 100.0).with("em_latency_ms", 1.0);
+  EmFrame em_;
+  ImageFrame image_;
+};
+
+TEST_F(SimulationDriver, CoilsAreOffTheTruthByLambdaInTheTrackersFrame) {
+  room_.T_world_em =
+      Eigen::Translation3d(100, 200, 300) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.6, 0, 0.8));
+  room_.instruments.push_back(paper_catheter("cath-2", 6));
+  room_.instruments[1].coils[0].flipped = true;
+  const SimulatedWorld world(room_, settings_);
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+
+  ASSERT_EQ(em_.coil_count, 10);
+  EXPECT_EQ(em_.origin, Origin::kSimulated);
+  EXPECT_GE(em_.received - em_.measured, std::chrono::milliseconds(1));
+  const double t_s = world.seconds(em_.measured);
+  for (int instrument = 0; instrument < 2; ++instrument) {
+    for (const CoilPlacement& coil : room_.instruments[static_cast<std::size_t>(instrument)].coils) {
+      const CoilSample& sample = em_.coils[static_cast<std::size_t>(coil.sensor - 1)];
+      ASSERT_EQ(sample.status, CoilStatus::kOk);
+      const Eigen::Vector3d truth_mm = world.point(instrument, t_s, coil.offset_from_tip_mm);
+      EXPECT_NEAR((room_.T_world_em * sample.p_em_mm - truth_mm).norm(), 4, 1e-9);
+      const Eigen::Vector3d tangent = world.tangent(instrument, t_s, coil.offset_from_tip_mm);
+      const double cosine = (room_.T_world_em.linear() * sample.tangent_em).dot(tangent);
+      EXPECT_GE(coil.flipped ? -cosine : cosine, std::cos(3.001 * 3.14159265358979 / 180));
+    }
+  }
+}
+
+TEST_F(SimulationDriver, MeasurementsComeInOrderOnTheGrid) {
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  const EmFrame first = em_;
+
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+
+  EXPECT_EQ(em_.tracker_frame, first.tracker_frame + 1);
+  EXPECT_EQ(em_.measured - first.measured, std::chrono::microseconds(2500));
+}
+
+TEST_F(SimulationDriver, AReadEndsAtItsDeadline) {
+  const auto tracker = make_simulation_em_source(room_, settings_.with("em_rate_hz", 1.0));
+  const auto fluoroscope = make_simulation_image_source(room_, settings_.with("image_latency_ms", 5000.0), 0);
+  ASSERT_TRUE(tracker->open().ok);
+  ASSERT_TRUE(fluoroscope->open().ok);
+
+  EXPECT_EQ(fluoroscope->read(image_, MonotonicTime{}), ReadOutcome::kTimeout);
+  EXPECT_EQ(make_simulation_em_source(room_, settings_)->read(em_, MonotonicTime{}), ReadOutcome::kLost);
+}
+
+TEST_F(SimulationDriver, AnImageShowsTheWorldAtItsExposure) {
+  const auto source = make_simulation_image_source(room_, settings_.with("cnr", 1e6), 0);
+  const SimulatedWorld world(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+
+  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+
+  EXPECT_EQ(image_.origin, Origin::kSimulated);
+  EXPECT_TRUE(image_.fluoroscopy_on);
+  EXPECT_EQ(image_.depth, PixelDepth::kGrey8);
+  EXPECT_GE(image_.received - image_.exposure, std::chrono::milliseconds(8));
+  const auto projected = Camera(paper_camera()).project(world.point(0, world.seconds(image_.exposure), 200));
+  const auto x = std::lround(projected->p_image_px.x());
+  const auto row = std::lround(projected->p_image_px.y()) * 400;
+  const int on_catheter = image_.pixels[static_cast<std::size_t>(row + x)];
+  const int beside = image_.pixels[static_cast<std::size_t>(row + x + 8)];
+  EXPECT_GT(beside - on_catheter, 12);
+}
+
+/// Sources that take commands, and a way to send them.
+class ControlledSimulation : public SimulationDriver {
+ protected:
+  ControlledSimulation() {
+    std::string name = (std::filesystem::temp_directory_path() / "tubed-control-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw std::runtime_error("no temporary folder");
+    }
+    folder_ = name;
+    settings_ = settings_.with("control_folder", folder_.string());
+  }
+  ~ControlledSimulation() override { std::filesystem::remove_all(folder_); }
+
+  void send(const std::string& socket_name, const std::string& command) const {
+    const int sender = ::socket(AF_UNIX, SOCK_DGRAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    (folder_ / socket_name).string().copy(address.sun_path, sizeof(address.sun_path) - 1);
+    const auto sent = ::sendto(sender, command.data(), command.size(), 0,
+                               reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+    ::close(sender);
+    ASSERT_EQ(sent, static_cast<ssize_t>(command.size()));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(ControlledSimulation, ALostCoilIsMissingInTheNextSampleUntilItIsRestored) {
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+
+  send("em.sock", "lose-coil 2");
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  EXPECT_EQ(em_.coils[1].status, CoilStatus::kMissing);
+  EXPECT_TRUE(em_.coils[1].p_em_mm.array().isNaN().all());
+  EXPECT_EQ(em_.coils[0].status, CoilStatus::kOk);
+
+  send("em.sock", "restore-coil 2");
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  EXPECT_EQ(em_.coils[1].status, CoilStatus::kOk);
+}
+
+TEST_F(ControlledSimulation, AnOutlierIsFarOffYetOk) {
+  const DriverSettings exact = settings_.with("lambda_mm", 0.0);
+  const SimulatedWorld world(room_, exact);
+  const auto source = make_simulation_em_source(room_, exact);
+  ASSERT_TRUE(source->open().ok);
+
+  send("em.sock", "outlier 3 25");
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+
+  const Eigen::Vector3d truth_mm = world.point(0, world.seconds(em_.measured), 170);
+  EXPECT_EQ(em_.coils[2].status, CoilStatus::kOk);
+  EXPECT_NEAR((em_.coils[2].p_em_mm - truth_mm).norm(), 25, 1e-9);
+}
+
+TEST_F(ControlledSimulation, AStuckTrackerRepeatsItsPoses) {
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  const EmFrame before = em_;
+
+  send("em.sock", "stuck");
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+
+  EXPECT_EQ(em_.coils[4].p_em_mm, before.coils[4].p_em_mm);
+  EXPECT_GT(em_.measured, before.measured);
+}
+
+TEST_F(ControlledSimulation, AStallDeliversNothingAndClearEndsIt) {
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+
+  send("em.sock", "stall 1000");
+  EXPECT_EQ(source->read(em_, patience()), ReadOutcome::kTimeout);
+  EXPECT_EQ(source->read(em_, monotonic_now()), ReadOutcome::kTimeout);
+  send("em.sock", "clear");
+  const MonotonicTime cleared = monotonic_now();
+  EXPECT_EQ(source->read(em_, monotonic_now()), ReadOutcome::kTimeout) << "takes the command";
+  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  EXPECT_GE(em_.received, cleared);
+}
+
+TEST_F(ControlledSimulation, RadiationOffAndBlackAndStuckPictures) {
+  const auto source = make_simulation_image_source(room_, settings_, 0);
+  ASSERT_TRUE(source->open().ok);
+  send("image-A.sock", "off");
+  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  EXPECT_FALSE(image_.fluoroscopy_on);
+
+  send("image-A.sock", "on");
+  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  EXPECT_TRUE(image_.fluoroscopy_on);
+  const ImageFrame before = image_;
+
+  send("image-A.sock", "stuck");
+  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  EXPECT_EQ(image_.pixels, before.pixels);
+  EXPECT_GT(image_.exposure, before.exposure);
+
+  send("image-A.sock", "black");
+  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  EXPECT_EQ(*std::max_element(image_.pixels.begin(), image_.pixels.begin() + 400 * 600), 0);
+}
+
+TEST_F(ControlledSimulation, TheSocketIsGoneAfterCloseAndAnOldOneIsNoHindrance) {
+  const auto source = make_simulation_em_source(room_, settings_);
+  ASSERT_TRUE(source->open().ok);
+  source->close();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "em.sock"));
+  EXPECT_TRUE(source->open().ok);
+  const auto other = make_simulation_em_source(room_, settings_);
+  EXPECT_TRUE(other->open().ok);
+}
+
+TEST_F(ControlledSimulation, AControlFolderThatIsNotThereIsSaidInWords) {
+  const auto source =
+      make_simulation_em_source(room_, settings_.with("control_folder", (folder_ / "nowhere").string()));
+  const OpenResult result = source->open();
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.why.find("does control_folder exist"), std::string::npos) << result.why;
+}
+
+}  // namespace
+}  // namespace tubed
