@@ -1,1 +1,118 @@
-int main() { return 0; }
+// tubed: reads the configuration, wires drivers, pipeline and publishing together, and waits for the signal
+// to end.
+#include <pthread.h>
+#include <spdlog/async.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+#include <iostream>
+
+#include "daemon/config/load_configuration.hpp"
+#include "daemon/dds_outlet.hpp"
+#include "daemon/pipeline/pipeline.hpp"
+
+namespace {
+
+// sysexits.h, as systemd's RestartPreventExitStatus= expects them.
+constexpr int kExitUsage = 64;
+constexpr int kExitUnavailable = 69;
+constexpr int kExitConfiguration = 78;
+
+/// Signals that end or concern the daemon are taken in main alone; threads inherit the mask.
+sigset_t block_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+void start_logging(const std::string& level) {
+  spdlog::init_thread_pool(1024, 1);
+  auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+  auto logger = std::make_shared<spdlog::async_logger>("tubed", sink, spdlog::thread_pool(),
+                                                       spdlog::async_overflow_policy::overrun_oldest);
+  spdlog::set_default_logger(logger);
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+  spdlog::set_level(spdlog::level::from_str(level));
+  spdlog::flush_on(spdlog::level::warn);
+}
+
+tubed::PipelineParts make_parts(const tubed::Configuration& configuration) {
+  tubed::PipelineParts parts;
+  parts.em_source = tubed::make_em_source(configuration);
+  for (std::size_t camera = 0; camera < configuration.room.cameras.size(); ++camera) {
+    parts.image_sources.push_back(tubed::make_image_source(configuration, static_cast<int>(camera)));
+  }
+  for (std::size_t i = 0; i < configuration.room.instruments.size(); ++i) {
+    parts.estimators.push_back(tubed::make_estimator(configuration.estimators[i],
+                                                     configuration.room.instruments[i], configuration.room));
+  }
+  return parts;
+}
+
+int run_daemon(const tubed::Configuration& configuration) {
+  const sigset_t signals = block_signals();
+  start_logging(configuration.log_level);
+  for (const std::string& warning : configuration.warnings) {
+    spdlog::warn("{}", warning);
+  }
+  tubed::DdsOutlet outlet(configuration);
+  tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
+                           configuration.pipeline, outlet);
+  for (const std::string& refusal : pipeline.start()) {
+    spdlog::warn("{} (going on with default scheduling)", refusal);
+  }
+  spdlog::info("tubed {} tracks {} instrument(s) with {} camera(s), configuration {}", TUBED_VERSION,
+               configuration.room.instruments.size(), configuration.room.cameras.size(),
+               configuration.file.string());
+  int signal = 0;
+  sigwait(&signals, &signal);
+  spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "tubed: where the whole catheter is in 3D, 30 times a second. Research software, not a medical "
+      "device."};
+  std::string file = "/etc/tubed/tubed.toml";
+  bool check_only = false;
+  app.add_option("-c,--config", file, "configuration, TOML")->capture_default_str();
+  app.add_option_function<std::string>(
+      "--check", [&](const std::string& name) { file = name, check_only = true; },
+      "read and check a configuration, say what is wrong, and end");
+  app.set_version_flag("--version", "tubed " TUBED_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kExitUsage;
+  }
+  int status = 0;
+  try {
+    const tubed::Configuration configuration = tubed::load_configuration(file);
+    if (check_only) {
+      for (const std::string& warning : configuration.warnings) {
+        std::cerr << warning << '\n';
+      }
+      std::cout << file << ": ok\n";
+      return 0;
+    }
+    status = run_daemon(configuration);
+  } catch (const tubed::ConfigurationError& error) {
+    std::cerr << error.what() << '\n';
+    status = kExitConfiguration;
+  } catch (const std::exception& error) {
+    std::cerr << "tubed: cannot start: " << error.what() << '\n';
+    status = kExitUnavailable;
+  }
+  spdlog::shutdown();
+  return status;
+}

@@ -26,7 +26,7 @@ DEVICE_ROW = 2
 
 ATOMIC_FILES = (r"daemon/pipeline/(triple_buffer\.hpp|spsc_ring\.hpp|doorbell\.\w+|allocation_counter\.\w+)$|idl/shm")
 THREAD_FILE = r"daemon/pipeline/stage_thread\.\w+$"
-CLOCK_FILES = r"drivers/|clients/|daemon/pipeline/stage_thread\.\w+$|daemon/publishing/|daemon/main\.cpp$"
+CLOCK_FILES = r"drivers/|clients/|daemon/pipeline/stage_thread\.\w+$|daemon/publishing/|daemon/\w+\.\w+$"
 
 OPENCV = r"opencv2?/"
 CYCLONE = r"dds/|ddsc?/"
@@ -47,7 +47,7 @@ INCLUDE_RULES = (
      "the pipeline sees no Cyclone, Ceres or OpenCV"),
     ("publishing-rooms", r"daemon/publishing/", None, r"daemon/pipeline/|drivers/",
      "publishing sees neither pipeline nor drivers"),
-    ("logging", r"daemon/|drivers/|idl/", r"daemon/main\.cpp$|daemon/publishing/", LOGGING,
+    ("logging", r"daemon/|drivers/|idl/", r"daemon/\w+\.\w+$|daemon/publishing/", LOGGING,
      "only daemon/main.cpp and daemon/publishing log"),
 )
 

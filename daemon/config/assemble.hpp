@@ -1,0 +1,31 @@
+// Checked tables to the structs of the rooms below, with the checks that need more than one key.
+#pragma once
+
+#include <vector>
+
+#include "daemon/config/checked_table.hpp"
+#include "daemon/config/configuration.hpp"
+
+namespace tubed {
+
+using Problems = std::vector<ConfigurationProblem>;
+
+/// [daemon], [realtime] and the back-off of [em].
+PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems);
+DdsSettings dds_settings(const CheckedTable& file);
+FrangiSettings frangi_settings(const CheckedTable& file);
+
+/// Registration, cameras and instruments.
+RoomDescription room_description(const CheckedTable& file, Problems& problems);
+
+/// [estimator] with the mode of each [[instrument]], in their order.
+std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Problems& problems);
+
+/// What `owner` ([em] or a [[camera]]) says about its driver. Required keys of the driver's table are demanded here.
+SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
+                           const std::vector<DriverDescription>& available, Problems& problems);
+
+/// What is allowed but unusual: sources of different origin, two instruments on one sensor, tables nobody uses.
+Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>& available);
+
+}  // namespace tubed

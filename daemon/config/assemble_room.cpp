@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "daemon/config/assemble.hpp"
+
+namespace tubed {
+
+namespace {
+
+// A rotation written by a person with four decimals passes; 1 % of scale does not.
+constexpr double kRotationTolerance = 1e-4;
+
+RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems& problems) {
+  if (!table.has(key)) {
+    return RigidTransform::Identity();
+  }
+  std::string why;
+  const auto transform = rigid_from_matrix(table.get<Eigen::Matrix4d>(key), kRotationTolerance, why);
+  if (!transform) {
+    problems.push_back({table.at(key).position, table.path_of(key), "expected a rigid transform: " + why});
+  }
+  return transform.value_or(RigidTransform::Identity());
+}
+
+CameraCalibration camera_calibration(const CheckedTable& table, Problems& problems) {
+  CameraCalibration camera;
+  camera.name = table.get<std::string>("name");
+  camera.width = static_cast<int>(table.get<std::int64_t>("width"));
+  camera.height = static_cast<int>(table.get<std::int64_t>("height"));
+  camera.fx = table.get<double>("fx");
+  camera.fy = table.get<double>("fy");
+  camera.cx = table.get<double>("cx");
+  camera.cy = table.get<double>("cy");
+  std::copy_n(table.get<std::vector<double>>("distortion").begin(), camera.distortion.size(), camera.distortion.begin());
+  camera.T_camera_world = rigid(table, "T_camera_world", problems);
+  return camera;
+}
+
+CoilPlacement coil_placement(const CheckedTable& table) {
+  CoilPlacement coil;
+  coil.sensor = static_cast<int>(table.get<std::int64_t>("sensor"));
+  coil.offset_from_tip_mm = table.get<double>("offset_from_tip_mm");
+  coil.flipped = table.get<bool>("flipped");
+  return coil;
+}
+
+void check_offsets(const CheckedTable& instrument, Problems& problems) {
+  double previous_mm = -1;
+  for (const CheckedTable& coil : instrument.many("coil")) {
+    if (!coil.sound("offset_from_tip_mm")) {
+      continue;
+    }
+    const double offset_mm = coil.get<double>("offset_from_tip_mm");
+    const double length_mm = instrument.get<double>("length_mm");
+    if (offset_mm <= previous_mm) {
+      problems.push_back({coil.at("offset_from_tip_mm").position, coil.path_of("offset_from_tip_mm"),
+                          "expected more than the coil before it, " + to_toml(previous_mm) +
+                              " mm, found " + to_toml(offset_mm) + "; coils are listed from the tip"});
+    } else if (instrument.sound("length_mm") && offset_mm > length_mm) {
+      problems.push_back({coil.at("offset_from_tip_mm").position, coil.path_of("offset_from_tip_mm"),
+                          "expected at most the instrument's length_mm, " + to_toml(length_mm) +
+                              " mm, found " + to_toml(offset_mm)});
+    }
+    previous_mm = std::max(previous_mm, offset_mm);
+  }
+}
+
+void check_sensors(const CheckedTable& instrument, Problems& problems) {
+  std::set<std::int64_t> seen;
+  for (const CheckedTable& coil : instrument.many("coil")) {
+    if (coil.sound("sensor") && !seen.insert(coil.get<std::int64_t>("sensor")).second) {
+      problems.push_back({coil.at("sensor").position, coil.path_of("sensor"),
+                          "sensor " + std::to_string(coil.get<std::int64_t>("sensor")) +
+                              " is used twice in this instrument; expected each sensor once"});
+    }
+  }
+}
+
+InstrumentDescription instrument_description(const CheckedTable& table, Problems& problems) {
+  InstrumentDescription instrument;
+  instrument.id = table.get<std::string>("id");
+  instrument.diameter_mm = table.get<double>("diameter_mm");
+  instrument.length_mm = table.get<double>("length_mm");
+  for (const CheckedTable& coil : table.many("coil")) {
+    instrument.coils.push_back(coil_placement(coil));
+  }
+  check_offsets(table, problems);
+  check_sensors(table, problems);
+  return instrument;
+}
+
+void check_unique(const std::vector<CheckedTable>& tables, const std::string& key, Problems& problems) {
+  std::map<std::string, FilePosition> seen;
+  for (const CheckedTable& table : tables) {
+    if (!table.sound(key)) {
+      continue;
+    }
+    const auto [first, is_new] = seen.emplace(table.get<std::string>(key), table.at(key).position);
+    if (!is_new) {
+      problems.push_back({table.at(key).position, table.path_of(key),
+                          "expected a unique name, found \"" + printable(first->first) + "\" again, first used in line " +
+                              std::to_string(first->second.line)});
+    }
+  }
+}
+
+}  // namespace
+
+RoomDescription room_description(const CheckedTable& file, Problems& problems) {
+  const CheckedTable& em = file.one("em");
+  RoomDescription room;
+  room.registered = em.has("T_world_em");
+  room.T_world_em = rigid(em, "T_world_em", problems);
+  if (em.has("registration_residual_mm") && em.at("T_world_em").state == ValueState::kAbsent) {
+    problems.push_back({em.at("registration_residual_mm").position, "em.registration_residual_mm",
+                        "means nothing without em.T_world_em: expected both or neither"});
+  }
+  for (const CheckedTable& camera : file.many("camera")) {
+    room.cameras.push_back(camera_calibration(camera, problems));
+  }
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    room.instruments.push_back(instrument_description(instrument, problems));
+  }
+  check_unique(file.many("camera"), "name", problems);
+  check_unique(file.many("instrument"), "id", problems);
+  return room;
+}
+
+}  // namespace tubed

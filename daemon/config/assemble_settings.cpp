@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <string>
+
+#include "daemon/config/assemble.hpp"
+
+namespace tubed {
+
+namespace {
+
+int as_int(std::int64_t value) { return static_cast<int>(value); }
+
+ThreadSettings thread_settings(const CheckedTable& stage) {
+  ThreadSettings settings;
+  settings.fifo_priority = as_int(stage.get<std::int64_t>("priority"));
+  for (const std::int64_t cpu : stage.get<std::vector<std::int64_t>>("cpus")) {
+    settings.cpus.push_back(as_int(cpu));
+  }
+  return settings;
+}
+
+void check_grace(const CheckedTable& daemon, const PipelineSettings& settings, Problems& problems) {
+  const double period_ms = 1000 / settings.rate_hz;
+  if (daemon.sound("rate_hz") && daemon.sound("tick_grace_ms") && settings.tick_grace_ms >= period_ms) {
+    problems.push_back({daemon.at("tick_grace_ms").position, "daemon.tick_grace_ms",
+                        "expected less than the period of daemon.rate_hz, " + std::to_string(period_ms) +
+                            " ms, found " + to_toml(settings.tick_grace_ms)});
+  }
+}
+
+void check_back_off(const CheckedTable& em, const PipelineSettings& settings, Problems& problems) {
+  if (em.sound("reconnect_first_ms") && em.sound("reconnect_last_ms") &&
+      settings.reconnect_last_ms < settings.reconnect_first_ms) {
+    problems.push_back({em.at("reconnect_last_ms").position, "em.reconnect_last_ms",
+                        "expected at least em.reconnect_first_ms, " + to_toml(settings.reconnect_first_ms) +
+                            " ms, found " + to_toml(settings.reconnect_last_ms)});
+  }
+}
+
+EstimatorMode mode_of(const std::string& word) { return word == "em" ? EstimatorMode::kEm : EstimatorMode::kJoint; }
+
+// Images are half of the joint mode: without a camera it would be the em mode under another name.
+void check_mode(const CheckedTable& file, const CheckedTable& decides, EstimatorMode mode, Problems& problems) {
+  if (mode == EstimatorMode::kJoint && file.many("camera").empty() && decides.sound("mode")) {
+    problems.push_back({decides.at("mode").position, decides.path_of("mode"),
+                        "\"joint\" needs at least one [[camera]]; use \"em\" without"});
+  }
+}
+
+}  // namespace
+
+PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems) {
+  const CheckedTable& daemon = file.one("daemon");
+  const CheckedTable& realtime = file.one("realtime");
+  const CheckedTable& em = file.one("em");
+  PipelineSettings settings;
+  settings.rate_hz = daemon.get<double>("rate_hz");
+  settings.tick_grace_ms = daemon.get<double>("tick_grace_ms");
+  settings.reconnect_first_ms = em.get<double>("reconnect_first_ms");
+  settings.reconnect_last_ms = em.get<double>("reconnect_last_ms");
+  settings.scheduling_optional = realtime.get<std::string>("scheduling") == "optional";
+  settings.em_acquisition = thread_settings(realtime.one("em_acquisition"));
+  settings.image_grab = thread_settings(realtime.one("image_grab"));
+  settings.frangi = thread_settings(realtime.one("frangi"));
+  settings.optimizer = thread_settings(realtime.one("optimizer"));
+  settings.publisher = thread_settings(realtime.one("publisher"));
+  check_grace(daemon, settings, problems);
+  check_back_off(em, settings, problems);
+  return settings;
+}
+
+DdsSettings dds_settings(const CheckedTable& file) {
+  const CheckedTable& dds = file.one("dds");
+  DdsSettings settings;
+  settings.domain = as_int(dds.get<std::int64_t>("domain"));
+  settings.partition = dds.get<std::string>("partition");
+  settings.network_interface = dds.get<std::string>("network_interface");
+  settings.world_frame = dds.get<std::string>("world_frame");
+  return settings;
+}
+
+FrangiSettings frangi_settings(const CheckedTable& file) {
+  const CheckedTable& frangi = file.one("frangi");
+  FrangiSettings settings;
+  settings.scales_px = frangi.get<std::vector<double>>("scales_px");
+  settings.beta = frangi.get<double>("beta");
+  settings.structureness = frangi.get<double>("structureness");
+  return settings;
+}
+
+std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Problems& problems) {
+  const CheckedTable& table = file.one("estimator");
+  EstimatorSettings defaults;
+  defaults.coefficient_count = as_int(table.get<std::int64_t>("coefficient_count"));
+  defaults.sigma_position_mm = table.get<double>("sigma_position_mm");
+  defaults.sigma_tangent = table.get<double>("sigma_tangent");
+  defaults.sigma_strain_sqrt_mm = table.get<double>("sigma_strain_sqrt_mm");
+  defaults.bending_q_per_mm = table.get<double>("bending_q_per_mm");
+  defaults.sigma_image_px = table.get<double>("sigma_image_px");
+  defaults.image_search_px = table.get<double>("image_search_px");
+  defaults.image_temper = table.get<double>("image_temper");
+  defaults.em_stale_ms = table.get<double>("em_stale_ms");
+  defaults.em_stuck_ms = table.get<double>("em_stuck_ms");
+  defaults.image_stale_ms = table.get<double>("image_stale_ms");
+  defaults.iterations = as_int(table.get<std::int64_t>("iterations"));
+  std::vector<EstimatorSettings> estimators;
+  bool common_mode_used = false;
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    const bool own_mode = instrument.has("mode");
+    EstimatorSettings settings = defaults;
+    settings.mode = mode_of((own_mode ? instrument : table).get<std::string>("mode"));
+    if (own_mode || !common_mode_used) {
+      check_mode(file, own_mode ? instrument : table, settings.mode, problems);
+    }
+    common_mode_used = common_mode_used || !own_mode;
+    estimators.push_back(settings);
+  }
+  return estimators;
+}
+
+}  // namespace tubed

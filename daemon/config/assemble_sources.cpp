@@ -1,0 +1,109 @@
+#include <map>
+#include <set>
+
+#include "daemon/config/assemble.hpp"
+
+namespace tubed {
+
+namespace {
+
+SettingValue setting_value(const ConfigurationValue& value) {
+  if (const auto* boolean = std::get_if<bool>(&value)) {
+    return *boolean;
+  }
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    return *integer;
+  }
+  if (const auto* real = std::get_if<double>(&value)) {
+    return *real;
+  }
+  return std::get<std::string>(value);
+}
+
+const char* name_of_origin(Origin origin) {
+  switch (origin) {
+    case Origin::kSimulated:
+      return "simulated";
+    case Origin::kReplayed:
+      return "replayed";
+    case Origin::kDevice:
+      break;
+  }
+  return "real";
+}
+
+void warn_of_mixed_origins(const CheckedTable& file, const std::vector<DriverDescription>& available, Problems& found) {
+  const CheckedTable& em = file.one("em");
+  const DriverDescription* em_driver = find_driver(available, em.get<std::string>("driver"));
+  for (const CheckedTable& camera : file.many("camera")) {
+    const DriverDescription* driver = find_driver(available, camera.get<std::string>("driver"));
+    if (driver != nullptr && em_driver != nullptr && driver->origin != em_driver->origin) {
+      found.push_back({camera.at("driver").position, camera.path_of("driver"),
+                       std::string(name_of_origin(driver->origin)) + " images beside " +
+                           name_of_origin(em_driver->origin) + " EM measurements: every estimate will say so"});
+    }
+  }
+}
+
+// Useful to compare two modes on one catheter, a mistake with two catheters.
+void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
+  std::map<std::int64_t, std::string> user;
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    for (const CheckedTable& coil : instrument.many("coil")) {
+      const auto sensor = coil.get<std::int64_t>("sensor");
+      const auto [first, is_new] = user.emplace(sensor, instrument.get<std::string>("id"));
+      if (!is_new && first->second != instrument.get<std::string>("id")) {
+        found.push_back({coil.at("sensor").position, coil.path_of("sensor"),
+                         "sensor " + std::to_string(sensor) + " belongs to instrument \"" + first->second + "\" too"});
+      }
+    }
+  }
+}
+
+void warn_of_unused_tables(const CheckedTable& file, const std::vector<DriverDescription>& available, Problems& found) {
+  std::set<std::string> used{file.one("em").get<std::string>("driver")};
+  for (const CheckedTable& camera : file.many("camera")) {
+    used.insert(camera.get<std::string>("driver"));
+  }
+  for (const DriverDescription& driver : available) {
+    const CheckedTable& table = file.one(driver.name);
+    if (table.given && !used.contains(driver.name)) {
+      found.push_back({table.position, driver.name, "no source uses this driver"});
+    }
+  }
+}
+
+}  // namespace
+
+SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
+                           const std::vector<DriverDescription>& available, Problems& problems) {
+  SourceChoice choice;
+  choice.device = owner.get<std::string>("device");
+  const DriverDescription* driver = find_driver(available, owner.get<std::string>("driver"));
+  if (!owner.has("driver") || driver == nullptr) {
+    return choice;
+  }
+  choice.driver = driver->name;
+  const CheckedTable& table = file.one(driver->name);
+  std::map<std::string, SettingValue> values;
+  for (const SettingDescription& setting : driver->settings) {
+    const CheckedValue& value = table.at(setting.name);
+    if (value.state == ValueState::kAbsent) {
+      problems.push_back({table.given ? table.position : owner.at("driver").position, table.path_of(setting.name),
+                          "missing, " + owner.path_of("driver") + " = \"" + driver->name + "\" requires it"});
+    }
+    values.emplace(setting.name, setting_value(value.value));
+  }
+  choice.settings = DriverSettings(std::move(values));
+  return choice;
+}
+
+Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>& available) {
+  Problems found;
+  warn_of_mixed_origins(file, available, found);
+  warn_of_shared_sensors(file, found);
+  warn_of_unused_tables(file, available, found);
+  return found;
+}
+
+}  // namespace tubed

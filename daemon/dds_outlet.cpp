@@ -1,0 +1,187 @@
+#include "daemon/dds_outlet.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "daemon/pipeline/latency_histogram.hpp"
+
+namespace tubed {
+
+namespace {
+
+std::array<double, 16> row_by_row(const RigidTransform& transform) {
+  std::array<double, 16> values{};
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      values[static_cast<std::size_t>(4 * row + column)] = transform.matrix()(row, column);
+    }
+  }
+  return values;
+}
+
+CameraIdentityValues identity_of(const CameraCalibration& camera) {
+  return {camera.name,
+          static_cast<std::uint32_t>(camera.width),
+          static_cast<std::uint32_t>(camera.height),
+          {camera.fx, camera.fy},
+          {camera.cx, camera.cy},
+          camera.distortion,
+          row_by_row(camera.T_camera_world)};
+}
+
+std::string_view word_of(StageState state) {
+  switch (state) {
+    case StageState::kStarting:
+      return "starting";
+    case StageState::kRunning:
+      return "running";
+    case StageState::kDegraded:
+      return "degraded";
+    case StageState::kReconnecting:
+      return "reconnecting";
+    case StageState::kEnded:
+      return "ended";
+    case StageState::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+std::uint32_t wire_status(CoilStatus status) {
+  switch (status) {
+    case CoilStatus::kMissing:
+      return 0;
+    case CoilStatus::kOk:
+      return 1;
+    case CoilStatus::kOutOfVolume:
+      return 2;
+    case CoilStatus::kDisabled:
+      return 3;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<TubeIdentityValues> identities_of(const Configuration& configuration) {
+  std::vector<TubeIdentityValues> identities;
+  for (std::size_t i = 0; i < configuration.room.instruments.size(); ++i) {
+    const InstrumentDescription& instrument = configuration.room.instruments[i];
+    TubeIdentityValues identity;
+    identity.instrument_id = instrument.id;
+    identity.software_version = TUBED_VERSION;
+    identity.configuration_digest = configuration.digest;
+    identity.mode = name_of(configuration.estimators[i].mode);
+    identity.diameter_mm = static_cast<float>(instrument.diameter_mm);
+    identity.length_mm = static_cast<float>(instrument.length_mm);
+    for (const CoilPlacement& coil : instrument.coils) {
+      identity.coil_offsets_from_tip_mm.push_back(static_cast<float>(coil.offset_from_tip_mm));
+    }
+    identity.T_world_em = row_by_row(configuration.room.T_world_em);
+    if (configuration.registration_residual_mm) {
+      identity.registration_residual_mm = static_cast<float>(*configuration.registration_residual_mm);
+    }
+    for (const CameraCalibration& camera : configuration.room.cameras) {
+      identity.cameras.push_back(identity_of(camera));
+    }
+    identities.push_back(std::move(identity));
+  }
+  return identities;
+}
+
+DdsOutlet::DdsOutlet(const Configuration& configuration)
+    : configuration_(configuration),
+      publisher_(configuration.dds, identities_of(configuration)),
+      instruments_(configuration.room.instruments.size()) {}
+
+void DdsOutlet::publish(const TubeEstimate& estimate) {
+  InstrumentState& state = instruments_[estimate.instrument];
+  publisher_.publish(estimate);
+  state.validity = estimate.validity;
+  state.reasons = estimate.reasons;
+  ++state.health.estimates;
+  ++state.health.validity_counts[static_cast<std::size_t>(estimate.validity)];
+  if (estimate.has_image) {
+    const std::int64_t latency_ns = read_clocks().monotonic_ns - estimate.stamps.exposure_ns;
+    count_latency(state.health.exposure_to_publish, std::chrono::nanoseconds(latency_ns));
+  }
+}
+
+void DdsOutlet::publish_em(const EmFrame& frame) {
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    em_values_.sequence_number = ++instruments_[i].em_samples;
+    em_values_.measured_ns = to_ns(frame.measured);
+    em_values_.received_ns = to_ns(frame.received);
+    em_values_.tracker_frame = frame.tracker_frame;
+    em_values_.origin = static_cast<std::uint32_t>(frame.origin);
+    em_values_.coil_count = 0;
+    for (const CoilPlacement& placement : configuration_.room.instruments[i].coils) {
+      EmCoilValues& values = em_values_.coils[em_values_.coil_count++];
+      const auto sensor = static_cast<std::size_t>(placement.sensor - 1);
+      const CoilSample sample = placement.sensor <= frame.coil_count ? frame.coils[sensor] : CoilSample{};
+      const double sign = placement.flipped ? -1 : 1;
+      values.status = wire_status(sample.status);
+      values.indicator = static_cast<float>(sample.indicator);
+      for (int axis = 0; axis < 3; ++axis) {
+        values.p_em_mm[static_cast<std::size_t>(axis)] = sample.p_em_mm[axis];
+        values.tangent_em[static_cast<std::size_t>(axis)] = sign * sample.tangent_em[axis];
+      }
+    }
+    publisher_.publish_em(static_cast<std::uint32_t>(i), em_values_);
+  }
+}
+
+void DdsOutlet::gather(std::span<const NamedReport> reports) {
+  stages_.clear();
+  for (const NamedReport& report :
+       reports.first(std::min(reports.size(), static_cast<std::size_t>(kMaxStages)))) {
+    stages_.push_back({report.name, *report.report});
+  }
+}
+
+void DdsOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
+  if (changed) {
+    log_changes(reports);
+  }
+  gather(reports);
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    publisher_.publish_status(static_cast<std::uint32_t>(i), instruments_[i].validity,
+                              instruments_[i].reasons, stages_);
+  }
+}
+
+void DdsOutlet::publish_health(std::span<const NamedReport> reports) {
+  gather(reports);
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
+      instruments_[i].health.allocations_counted[stage] = stages_[stage].report.costs_counted;
+    }
+    publisher_.publish_health(static_cast<std::uint32_t>(i), instruments_[i].health, stages_);
+  }
+}
+
+void DdsOutlet::log_changes(std::span<const NamedReport> reports) {
+  logged_.resize(reports.size());
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    const StageReport& report = *reports[i].report;
+    if (report.state != logged_[i].state || report.why != logged_[i].why) {
+      const bool good = report.state == StageState::kRunning || report.state == StageState::kStarting;
+      spdlog::log(good ? spdlog::level::info : spdlog::level::warn, "{} is {}{}{}", reports[i].name,
+                  word_of(report.state), report.why[0] != '\0' ? ": " : "", report.why.data());
+      logged_[i] = report;
+    }
+  }
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    InstrumentState& state = instruments_[i];
+    if (state.validity != state.logged_validity || !(state.reasons == state.logged_reasons)) {
+      spdlog::log(state.validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
+                  "{} is {} ({})", configuration_.room.instruments[i].id, name_of(state.validity),
+                  names_of(state.reasons));
+      state.logged_validity = state.validity;
+      state.logged_reasons = state.reasons;
+    }
+  }
+}
+
+}  // namespace tubed

@@ -1,0 +1,49 @@
+// Between the pipeline, which knows no DDS, and publishing, which knows no pipeline.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "daemon/config/configuration.hpp"
+#include "daemon/pipeline/publisher_stage.hpp"
+#include "daemon/publishing/dds_publisher.hpp"
+
+namespace tubed {
+
+/// Everything TubeIdentity says about each instrument of a configuration.
+std::vector<TubeIdentityValues> identities_of(const Configuration& configuration);
+
+/// Writes what the publisher stage hands out to DDS, and logs every change of state. All calls come from the
+/// publisher thread.
+class DdsOutlet final : public Outlet {
+ public:
+  /// `configuration` outlives this object. Throws what DdsPublisher throws.
+  explicit DdsOutlet(const Configuration& configuration);
+
+  void publish(const TubeEstimate& estimate) override;
+  void publish_em(const EmFrame& frame) override;
+  void publish_status(std::span<const NamedReport> reports, bool changed) override;
+  void publish_health(std::span<const NamedReport> reports) override;
+
+ private:
+  struct InstrumentState {
+    Validity validity = Validity::kNotAvailable;
+    Reasons reasons;
+    Validity logged_validity = Validity::kNotAvailable;
+    Reasons logged_reasons;
+    std::uint64_t em_samples = 0;
+    InstrumentHealthValues health;
+  };
+
+  void log_changes(std::span<const NamedReport> reports);
+  void gather(std::span<const NamedReport> reports);
+
+  const Configuration& configuration_;
+  DdsPublisher publisher_;
+  std::vector<InstrumentState> instruments_;
+  std::vector<NamedStageReport> stages_;
+  std::vector<StageReport> logged_;
+  EmSamplesValues em_values_;
+};
+
+}  // namespace tubed
