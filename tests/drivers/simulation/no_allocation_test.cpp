@@ -1,0 +1,53 @@
+// Counts calls of operator new in this executable: read() may not make any.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "drivers/interface/monotonic_clock.hpp"
+#include "tests/drivers/simulation/simulated_room.hpp"
+
+namespace {
+thread_local int allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace tubed {
+namespace {
+
+TEST(SimulationReads, AllocateNothing) {
+  const RoomDescription room = paper_room();
+  const DriverSettings settings = default_settings().with("em_rate_hz", 400.0).with("frame_rate_hz", 100.0);
+  const auto tracker = make_simulation_em_source(room, settings);
+  const auto camera = make_simulation_image_source(room, settings, 0);
+  ASSERT_TRUE(tracker->open().ok);
+  ASSERT_TRUE(camera->open().ok);
+  EmFrame em;
+  ImageFrame image;
+  image.reserve(400, 600);
+  const MonotonicTime patience = monotonic_now() + std::chrono::seconds(30);
+  ASSERT_GT(allocations, 0) << "the counter counts";
+
+  allocations = 0;
+  int frames = 0;
+  for (int round = 0; round < 5; ++round) {
+    frames += tracker->read(em, patience) == ReadOutcome::kFrame ? 1 : 0;
+    frames += camera->read(image, patience) == ReadOutcome::kFrame ? 1 : 0;
+  }
+  const int counted = allocations;
+
+  EXPECT_EQ(counted, 0);
+  EXPECT_EQ(frames, 10);
+}
+
+}  // namespace
+}  // namespace tubed
