@@ -1,8 +1,9 @@
 // tubectl evaluate: estimates against the truth of a sequence folder.
-#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "clients/tubectl/evaluation_report.hpp"
@@ -18,6 +19,7 @@ struct EvaluateArguments {
   std::string em_file;
   std::string fused_file;
   std::string json_file;
+  std::string match = "nearest";
   ShapeErrorSettings settings;
   bool in_view = false;
 };
@@ -39,6 +41,7 @@ EvaluationReport evaluate(const EvaluateArguments& arguments) {
   report.sequence = arguments.sequence;
   report.due_count = run.instants.size();
   report.settings = arguments.settings;
+  report.settings.match = arguments.match == "arc" ? PointMatch::kArcLength : PointMatch::kNearest;
   report.settings.part = arguments.in_view ? JudgedPart::kInView : JudgedPart::kAll;
   report.em = evaluated(run, arguments.em_file, report.settings);
   report.fused = evaluated(run, arguments.fused_file, report.settings);
@@ -74,10 +77,10 @@ CLI::App* add_evaluate(CLI::App& app, int& exit_code) {
   verb->add_option("SEQUENCE", arguments->sequence, "Sequence folder with truth.csv")->required();
   verb->add_option("--em", arguments->em_file, "Estimates from EM alone (CSV of tubectl reconstruct)");
   verb->add_option("--fused", arguments->fused_file, "Estimates from EM and images");
-  verb->add_option("--match", arguments->settings.match, "Partner of a true point: nearest or arc")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, PointMatch>{{"nearest", PointMatch::kNearest},
-                                                                            {"arc", PointMatch::kArcLength}}))
-      ->default_str("nearest");
+  verb->add_option("--match", arguments->match,
+                   "Partner of a true point: the closest, or that of equal arc length")
+      ->check(CLI::IsMember({"nearest", "arc"}))
+      ->capture_default_str();
   verb->add_option("--s-max", arguments->settings.s_max_mm, "Judge from the tip up to this arc length, mm")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
