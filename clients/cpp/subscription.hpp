@@ -1,0 +1,16 @@
+// Where a client listens.
+#pragma once
+
+#include <string>
+
+namespace tubed {
+
+/// Which daemon and which of its instruments. The defaults are the daemon's.
+struct Subscription {
+  int domain = 0;                        ///< DDS domain, 0 .. 230
+  std::string partition{};               ///< the room; empty = the default partition
+  std::string network_interface = "lo";  ///< "lo", or the name or address of the interface towards the daemon
+  std::string instrument_id{};           ///< empty = every instrument
+};
+
+}  // namespace tubed

@@ -1,0 +1,234 @@
+#include "clients/cpp/tube_subscriber.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <list>
+#include <string>
+
+#include "clients/cpp/sequence_guard.hpp"
+#include "idl/dds_contract.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr int kHistoryDepth = 32;
+constexpr std::int64_t kDeadlineNs = std::chrono::nanoseconds(kEstimateDeadline).count();
+constexpr std::int64_t kLivelinessNs = std::chrono::nanoseconds(kEstimateLiveliness).count();
+
+std::int64_t monotonic_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+SampleOrigin origin_of(const tubed_TubeEstimate& estimate) {
+  return {.daemon_start = estimate.daemon_start,
+          .sequence_number = estimate.sequence_number,
+          .publish_monotonic_ns = estimate.stamps.publish_started_monotonic_ns,
+          .publish_time_ns = estimate.publish_time_ns};
+}
+
+/// How far the silence of an instrument has been reported.
+enum class Told { kNothing, kDeadline, kLost };
+
+/// What is known of one instrument.
+struct Tracked {
+  std::string id;
+  SequenceGuard guard;
+  TubeSample newest;
+  bool has_news = false;
+  Told told = Told::kNothing;
+};
+
+}  // namespace
+
+std::string_view name_of(TubeEvent event) {
+  switch (event) {
+    case TubeEvent::kTimeout:
+      return "timeout";
+    case TubeEvent::kEstimate:
+      return "estimate";
+    case TubeEvent::kDeadlineMissed:
+      return "deadline missed";
+    case TubeEvent::kLivelinessLost:
+      return "liveliness lost";
+    case TubeEvent::kWriterGone:
+      return "writer gone";
+  }
+  return "unknown";
+}
+
+class TubeSubscriber::Reception {
+ public:
+  Reception(const Subscription& subscription, Delivery delivery)
+      : instrument_id_(subscription.instrument_id),
+        delivery_(delivery),
+        participant_(join_domain(subscription.domain, subscription.network_interface)),
+        reader_(make_reader(participant_, contract_of<tubed_TubeEstimate>(), subscription.partition,
+                            kHistoryDepth)),
+        waitset_(dds_create_waitset(participant_.get()), "a wait set") {
+    const std::uint32_t wakes =
+        DDS_DATA_AVAILABLE_STATUS | DDS_LIVELINESS_CHANGED_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS;
+    require_dds(dds_set_status_mask(reader_.get(), wakes), "choose what wakes the subscriber");
+    require_dds(dds_waitset_attach(waitset_.get(), reader_.get(), 0), "wait for the reader");
+  }
+
+  TubeNews wait_for(std::chrono::milliseconds timeout) {
+    const std::int64_t until_ns = monotonic_ns() + std::chrono::nanoseconds(timeout).count();
+    while (true) {
+      read_statuses();
+      take_samples();
+      const std::int64_t now_ns = monotonic_ns();
+      const TubeNews news = next_news(now_ns);
+      if (news.event != TubeEvent::kTimeout || now_ns >= until_ns) {
+        return news;
+      }
+      dds_waitset_wait(waitset_.get(), nullptr, 0, std::min(until_ns, next_silence_ns()) - now_ns);
+    }
+  }
+
+  [[nodiscard]] SubscriberStatus status() const {
+    SubscriberStatus status = counts_;
+    const std::int64_t now_ns = monotonic_ns();
+    status.is_alive = !tracked_.empty();
+    for (const Tracked& tube : tracked_) {
+      const std::int64_t age_ns = now_ns - tube.newest.received_monotonic_ns;
+      status.is_alive = status.is_alive && age_ns < kLivelinessNs && tube.told != Told::kLost;
+      status.newest_age_ns = status.newest_age_ns < 0 ? age_ns : std::min(status.newest_age_ns, age_ns);
+    }
+    return status;
+  }
+
+ private:
+  void read_statuses() {
+    dds_subscription_matched_status_t matched{};
+    if (dds_get_subscription_matched_status(reader_.get(), &matched) == DDS_RETCODE_OK) {
+      writer_gone_ = matched.current_count == 0 && (writer_gone_ || matched.current_count_change < 0);
+      counts_.writers = matched.current_count;
+    }
+    dds_liveliness_changed_status_t liveliness{};
+    if (dds_get_liveliness_changed_status(reader_.get(), &liveliness) == DDS_RETCODE_OK) {
+      writer_hangs_ = liveliness.alive_count == 0 && (writer_hangs_ || liveliness.not_alive_count_change > 0);
+    }
+  }
+
+  void take_samples() {
+    while (!(delivery_ == Delivery::kEvery && any_news())) {
+      void* buffer = &scratch_;
+      dds_sample_info_t about{};
+      if (dds_take(reader_.get(), &buffer, &about, 1, 1) <= 0) {
+        return;
+      }
+      if (about.valid_data && (instrument_id_.empty() || instrument_id_ == scratch_.instrument_id)) {
+        accept_or_refuse();
+      }
+    }
+  }
+
+  void accept_or_refuse() {
+    Tracked& tube = tracked(scratch_.instrument_id);
+    const Verdict verdict = tube.guard.judge(origin_of(scratch_));
+    if (verdict == Verdict::kBackward) {
+      ++counts_.refused_backward;
+      return;
+    }
+    // Several of them may pass between two deliveries: nothing that was skipped may go uncounted.
+    tube.newest.lost_before = (tube.has_news ? tube.newest.lost_before : 0) + tube.guard.lost_before();
+    tube.newest.is_restart = (tube.has_news && tube.newest.is_restart) || verdict == Verdict::kRestart;
+    tube.newest.estimate = scratch_;
+    tube.newest.received_monotonic_ns = monotonic_ns();
+    tube.has_news = true;
+    tube.told = Told::kNothing;
+    ++counts_.accepted;
+    counts_.lost += tube.guard.lost_before();
+    counts_.restarts += verdict == Verdict::kRestart ? 1 : 0;
+  }
+
+  TubeNews next_news(std::int64_t now_ns) {
+    for (Tracked& tube : tracked_) {
+      if (tube.has_news) {
+        tube.has_news = false;
+        return {.event = TubeEvent::kEstimate, .sample = &tube.newest, .instrument_id = tube.id};
+      }
+    }
+    for (Tracked& tube : tracked_) {
+      const TubeEvent event = silence_of(tube, now_ns);
+      if (event != TubeEvent::kTimeout) {
+        return {.event = event, .sample = nullptr, .instrument_id = tube.id};
+      }
+    }
+    return {};
+  }
+
+  TubeEvent silence_of(Tracked& tube, std::int64_t now_ns) {
+    const std::int64_t age_ns = now_ns - tube.newest.received_monotonic_ns;
+    if (tube.told == Told::kLost) {
+      return TubeEvent::kTimeout;
+    }
+    if (writer_gone_) {
+      tube.told = Told::kLost;
+      return TubeEvent::kWriterGone;
+    }
+    if (writer_hangs_ || age_ns >= kLivelinessNs) {
+      tube.told = Told::kLost;
+      ++counts_.liveliness_lost;
+      return TubeEvent::kLivelinessLost;
+    }
+    if (tube.told == Told::kNothing && age_ns >= kDeadlineNs) {
+      tube.told = Told::kDeadline;
+      ++counts_.deadlines_missed;
+      return TubeEvent::kDeadlineMissed;
+    }
+    return TubeEvent::kTimeout;
+  }
+
+  /// When the next instrument becomes silent for too long, if nothing comes.
+  [[nodiscard]] std::int64_t next_silence_ns() const {
+    std::int64_t next_ns = DDS_INFINITY;
+    for (const Tracked& tube : tracked_) {
+      if (tube.told != Told::kLost) {
+        const std::int64_t limit_ns = tube.told == Told::kNothing ? kDeadlineNs : kLivelinessNs;
+        next_ns = std::min(next_ns, tube.newest.received_monotonic_ns + limit_ns);
+      }
+    }
+    return next_ns;
+  }
+
+  [[nodiscard]] bool any_news() const {
+    return std::any_of(tracked_.begin(), tracked_.end(), [](const Tracked& tube) { return tube.has_news; });
+  }
+
+  Tracked& tracked(const char* id) {
+    for (Tracked& tube : tracked_) {
+      if (tube.id == id) {
+        return tube;
+      }
+    }
+    tracked_.emplace_back();
+    tracked_.back().id = id;
+    return tracked_.back();
+  }
+
+  std::string instrument_id_;
+  Delivery delivery_;
+  DdsEntity participant_;
+  DdsEntity reader_;
+  DdsEntity waitset_;
+  tubed_TubeEstimate scratch_{};
+  std::list<Tracked> tracked_;  // a list: news points into it
+  bool writer_gone_ = false;
+  bool writer_hangs_ = false;
+  SubscriberStatus counts_;
+};
+
+TubeSubscriber::TubeSubscriber(const Subscription& subscription, Delivery delivery)
+    : reception_(std::make_unique<Reception>(subscription, delivery)) {}
+TubeSubscriber::~TubeSubscriber() = default;
+TubeSubscriber::TubeSubscriber(TubeSubscriber&&) noexcept = default;
+TubeSubscriber& TubeSubscriber::operator=(TubeSubscriber&&) noexcept = default;
+
+TubeNews TubeSubscriber::wait_for(std::chrono::milliseconds timeout) { return reception_->wait_for(timeout); }
+
+SubscriberStatus TubeSubscriber::status() const { return reception_->status(); }
+
+}  // namespace tubed
