@@ -47,13 +47,13 @@ std::string cell(std::string_view text, int width) {
   return formatted("%-*.*s", width, width, std::string(text).c_str());
 }
 
+std::string half_row(const PaperRow& row) {
+  return cell(row.em, 13) + cell(row.fused, 13) + cell(row.improvement, 15) + cell(row.p, 9) +
+         cell(row.effect, 7);
+}
+
 std::string table_row(std::string_view name, const PaperRow& ours, const PaperRow& paper) {
-  std::string row = cell(name, 11);
-  for (const PaperRow* half : {&ours, &paper}) {
-    row += cell(half->em, 13) + cell(half->fused, 13) + cell(half->improvement, 15) + cell(half->p, 9);
-    row += cell(half->effect, half == &ours ? 7 : 5);
-    if (half == &ours) row += "|  ";
-  }
+  const std::string row = cell(name, 11) + half_row(ours) + "|  " + half_row(paper);
   return row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
 }
 

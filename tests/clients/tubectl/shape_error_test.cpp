@@ -47,11 +47,13 @@ TEST(ShapeError, HausdorffSeesAnInventedHookThatNoTruePointIsNear) {
 }
 
 TEST(ShapeError, HausdorffIsFoundBetweenThePointsOfAPolyline) {
-  // The middle of the estimate's only segment is 30 mm from the truth's two ends, which go round it.
-  const auto estimate = curve({0, 60}, {{-30, 0, 100}, {30, 0, 100}});
   const auto truth = curve({0, 40, 100, 140}, {{-30, 0, 100}, {-30, 40, 100}, {30, 40, 100}, {30, 0, 100}});
+  // The estimate goes on straight back to the beginning: its points all lie on the truth, the middle of its
+  // last segment is 30 mm from either end.
+  const auto estimate = curve({0, 40, 100, 140, 200},
+                              {{-30, 0, 100}, {-30, 40, 100}, {30, 40, 100}, {30, 0, 100}, {-30, 0, 100}});
 
-  EXPECT_NEAR(error_of(estimate, truth).hausdorff_mm, 40, 1e-9);  // (0, 40) from (0, 0)
+  EXPECT_NEAR(error_of(estimate, truth).hausdorff_mm, 30, 1e-9);
 }
 
 TEST(ShapeError, WhatLiesBehindTheLastCoilIsNotJudged) {
