@@ -93,7 +93,6 @@ void print_tests(const Comparison& comparison, std::ostream& out) {
       << " (Bonferroni). ES: matched-pairs rank-biserial,\n"
       << "   positive = EM + fluoro is better. The paper has p < 10^-50 in two rows that our copy does not "
          "tell apart.\n"
-         "tell apart.\n"
       << "Shapiro-Wilk p that EM - fused is normal:";
   for (std::size_t i = 0; i < kMetrics.size(); ++i) {
     const auto& normality = comparison.metrics[i].normality;
