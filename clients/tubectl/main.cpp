@@ -16,6 +16,7 @@ struct Verb {
 };
 
 const std::vector<Verb> kVerbs{
+    {tubed::add_demo, "See it work", "tubectl demo"},
     {tubed::add_reconstruct, "Reconstruct and judge",
      "tubectl reconstruct dev1_paper --mode joint --out joint.csv"},
     {tubed::add_evaluate, "Reconstruct and judge",

@@ -182,6 +182,8 @@ void to_wire(const InstrumentHealthValues& health, std::span<const NamedStageRep
     stage.refused = report.refused;
     stage.reconnects = report.reconnects;
     stage.allocations = report.allocations;
+    stage.locks = report.locks;
+    stage.exceptions = report.exceptions;
     stage.allocations_counted = health.allocations_counted[i];
     copy_histogram(report.busy, stage.busy);
   }

@@ -130,7 +130,9 @@ void FluoroscopeRenderer::render(const SimulatedWorld& world, double t_s, std::i
                                  std::span<std::uint8_t> pixels) {
   draw_background(exposure);
   for (std::size_t instrument = 0; instrument < world.room().instruments.size(); ++instrument) {
-    draw_catheter(world, static_cast<int>(instrument), t_s);
+    if (world.catheter_of(static_cast<int>(instrument)) == static_cast<int>(instrument)) {
+      draw_catheter(world, static_cast<int>(instrument), t_s);
+    }
   }
   std::transform(picture_.begin(), picture_.end(), pixels.begin(),
                  [](float grey) { return static_cast<std::uint8_t>(std::clamp(grey + 0.5F, 0.0F, 255.0F)); });

@@ -1,6 +1,7 @@
 #include "drivers/simulation/simulated_world.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -38,6 +39,19 @@ VesselCentreline vessel_of(std::size_t instrument) {
   return {entry_mm, -Eigen::Vector3d::UnitY(), turn * -Eigen::Vector3d::UnitX(), aortic_arch()};
 }
 
+bool same_coils(const InstrumentDescription& a, const InstrumentDescription& b) {
+  return std::equal(a.coils.begin(), a.coils.end(), b.coils.begin(), b.coils.end(),
+                    [](const CoilPlacement& x, const CoilPlacement& y) { return x.sensor == y.sensor; });
+}
+
+int first_with_same_coils(const std::vector<InstrumentDescription>& instruments, std::size_t instrument) {
+  std::size_t first = 0;
+  while (!same_coils(instruments[first], instruments[instrument])) {
+    ++first;
+  }
+  return static_cast<int>(first);
+}
+
 }  // namespace
 
 SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& settings)
@@ -45,6 +59,7 @@ SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& setti
       epoch_(from_ns(settings.get<std::int64_t>("epoch_ns"))),
       greatest_speed_mm_s_(settings.get<double>("speed_mm_s")) {
   for (std::size_t instrument = 0; instrument < room_.instruments.size(); ++instrument) {
+    catheters_.push_back(first_with_same_coils(room_.instruments, instrument));
     vessels_.push_back(vessel_of(instrument));
   }
 }
@@ -63,7 +78,8 @@ Eigen::Vector3d SimulatedWorld::tangent(int instrument, double t_s, double s_mm)
 }
 
 VesselPoint SimulatedWorld::at(int instrument, double t_s, double s_mm) const {
-  return vessels_[static_cast<std::size_t>(instrument)].at(insertion_mm(instrument, t_s) - s_mm);
+  const int catheter = catheter_of(instrument);
+  return vessels_[static_cast<std::size_t>(catheter)].at(insertion_mm(catheter, t_s) - s_mm);
 }
 
 }  // namespace tubed

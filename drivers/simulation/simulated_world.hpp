@@ -36,6 +36,12 @@ class SimulatedWorld {
   /// How far the tip has come along its vessel, mm from the entry.
   [[nodiscard]] double insertion_mm(int instrument, double t_s) const;
 
+  /// The catheter that an instrument is: its own index, or that of an earlier instrument with the same coils
+  /// (one catheter may be tracked twice, e.g. by two estimators).
+  [[nodiscard]] int catheter_of(int instrument) const {
+    return catheters_[static_cast<std::size_t>(instrument)];
+  }
+
   [[nodiscard]] const RoomDescription& room() const { return room_; }
 
  private:
@@ -44,6 +50,7 @@ class SimulatedWorld {
   RoomDescription room_;
   MonotonicTime epoch_;
   double greatest_speed_mm_s_;
+  std::vector<int> catheters_;             ///< one an instrument
   std::vector<VesselCentreline> vessels_;  ///< one an instrument
 };
 

@@ -1,0 +1,229 @@
+// tubectl demo: a catheter being tracked, without any hardware. A real tubed process in a private DDS domain,
+// simulated sources, this process as subscriber.
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+
+#include "clients/cpp/topic_reader.hpp"
+#include "clients/tubectl/demo_daemon.hpp"
+#include "clients/tubectl/demo_figures.hpp"
+#include "clients/tubectl/demo_view.hpp"
+#include "clients/tubectl/verbs.hpp"
+#include "daemon/config/load_configuration.hpp"
+
+namespace tubed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+struct DemoOptions {
+  double headless_s = 0;
+  std::string json;
+  int domain = -1;
+  std::int64_t seed = 1;
+};
+
+volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
+
+/// One running demonstration.
+class Demo {
+ public:
+  explicit Demo(const DemoOptions& options)
+      : scene_{options.domain, to_ns(steady_clock::now()), options.seed},
+        daemon_(scene_),
+        figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
+        subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
+        health_(Subscription{.domain = scene_.domain}) {}
+
+  /// Takes whatever comes within `time`.
+  void listen(milliseconds time) {
+    const auto until = steady_clock::now() + time;
+    while (steady_clock::now() < until) {
+      const auto left = std::chrono::ceil<milliseconds>(until - steady_clock::now());
+      const TubeNews news = subscriber_.wait_for(left);
+      if (news.event == TubeEvent::kEstimate) {
+        figures_.take(*news.sample);
+        const bool fused = news.instrument_id == "cath-1";
+        (fused ? shapes_.fused : shapes_.em) = news.sample->estimate;
+        shapes_.notice.clear();
+      } else if (news.event != TubeEvent::kTimeout) {
+        figures_.count_event(news.event);
+        shapes_.notice = "was told: " + std::string(name_of(news.event));
+      }
+      while (const tubed_TubeHealth* health = health_.take()) {
+        figures_.take(*health);
+      }
+    }
+  }
+
+  void press(char key) {
+    switch (key) {
+      case 's':
+        daemon_.command("image-A", "stall 3.0");
+        break;
+      case 'o':
+        off_ = !off_;
+        daemon_.command("image-A", off_ ? "off" : "on");
+        break;
+      case 'c':
+        coil_lost_ = !coil_lost_;
+        daemon_.command("em", coil_lost_ ? "lose-coil 2" : "restore-coil 2");
+        break;
+      case 'b':
+        black_ = true;
+        daemon_.command("image-A", "black");
+        break;
+      case 'r':
+        off_ = coil_lost_ = black_ = false;
+        daemon_.command("image-A", "clear");
+        daemon_.command("em", "clear");
+        break;
+      default:
+        break;
+    }
+    shapes_.faults = std::string(off_ ? "fluoroscopy off  " : "") + (coil_lost_ ? "coil 2 lost  " : "") +
+                     (black_ ? "black image" : "");
+  }
+
+  DemoDaemon& daemon() { return daemon_; }
+  const DemoFigures& figures() const { return figures_; }
+  const DemoShapes& shapes() const { return shapes_; }
+
+ private:
+  DemoScene scene_;
+  DemoDaemon daemon_;
+  DemoFigures figures_;
+  TubeSubscriber subscriber_;
+  TopicReader<tubed_TubeHealth> health_;
+  DemoShapes shapes_;
+  bool off_ = false;
+  bool coil_lost_ = false;
+  bool black_ = false;
+};
+
+int say_daemon_ended(Demo& demo) {
+  std::cerr << "tubectl demo: tubed has ended by itself; its last words:\n";
+  for (const std::string& line : demo.daemon().log_tail(20)) {
+    std::cerr << "  " << line << '\n';
+  }
+  return kExitFailed;
+}
+
+bool write_json(const nlohmann::json& report, const std::string& file) {
+  if (file == "-") {
+    std::cout << report.dump(2) << '\n';
+    return true;
+  }
+  std::ofstream out(file);
+  out << report.dump(2) << '\n';
+  if (!out.flush()) {
+    std::cerr << "tubectl demo: cannot write " << file << "; does the folder exist, may you write there?\n";
+    return false;
+  }
+  return true;
+}
+
+void print_summary(const nlohmann::json& report) {
+  const auto number = [](const nlohmann::json& value) {
+    return value.is_number() ? value.get<double>() : std::nan("");
+  };
+  const auto& latency = report["latency_ms"];
+  std::cerr << "rate " << number(report["rate_hz"]) << " Hz over " << report["samples"]
+            << " samples, latency p50 " << (latency.is_null() ? std::nan("") : number(latency["p50"]))
+            << " ms p99 " << (latency.is_null() ? std::nan("") : number(latency["p99"]))
+            << " ms\nRMS error: EM only " << number(report["rms_mm"]["em"]) << " mm, fused "
+            << number(report["rms_mm"]["fused"]) << " mm\nvalidity " << report["validity"].dump() << "\n";
+}
+
+int run_headless(Demo& demo, const DemoOptions& options) {
+  const auto end = steady_clock::now() + std::chrono::duration<double>(options.headless_s);
+  int second = 0;
+  while (steady_clock::now() < end && interrupted == 0) {
+    demo.listen(std::min(milliseconds(1000), std::chrono::ceil<milliseconds>(end - steady_clock::now())));
+    if (!demo.daemon().is_running()) {
+      return say_daemon_ended(demo);
+    }
+    std::cerr << "\r" << ++second << " s, " << demo.figures().samples() << " samples " << std::flush;
+  }
+  std::cerr << '\n';
+  const nlohmann::json report = demo.figures().summary();
+  print_summary(report);
+  if (demo.figures().samples() == 0) {
+    std::cerr << "tubectl demo: no valid shape came; the daemon's last words:\n";
+    for (const std::string& line : demo.daemon().log_tail(10)) {
+      std::cerr << "  " << line << '\n';
+    }
+    return kExitFailed;
+  }
+  return options.json.empty() || write_json(report, options.json) ? kExitOk : kExitFailed;
+}
+
+int run_live(Demo& demo, const DemoOptions& options) {
+  int status = kExitOk;
+  {
+    LiveTerminal terminal;
+    while (interrupted == 0) {
+      demo.listen(milliseconds(66));
+      const char key = terminal.key();
+      if (key == 'q') {
+        break;
+      }
+      demo.press(key);
+      winsize size{};
+      if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0) {
+        size = {40, 100, 0, 0};
+      }
+      std::cout << draw_demo(demo.figures(), demo.shapes(), size.ws_row, size.ws_col) << std::flush;
+      if (!demo.daemon().is_running()) {
+        status = kExitFailed;
+        break;
+      }
+    }
+  }
+  if (status != kExitOk) {
+    return say_daemon_ended(demo);
+  }
+  const nlohmann::json report = demo.figures().summary();
+  print_summary(report);
+  return options.json.empty() || write_json(report, options.json) ? kExitOk : kExitFailed;
+}
+
+int run(DemoOptions options) {
+  if (options.domain < 0) {
+    options.domain = 100 + static_cast<int>(getpid() % 100);
+  }
+  const bool headless = options.headless_s > 0;
+  if (!headless && (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0)) {
+    std::cerr << "tubectl demo: this is no terminal; use --headless SECONDS --json FILE\n";
+    return kExitUsage;
+  }
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  Demo demo(options);
+  return headless ? run_headless(demo, options) : run_live(demo, options);
+}
+
+}  // namespace
+
+CLI::App* add_demo(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<DemoOptions>();
+  CLI::App* verb = app.add_subcommand("demo", "See a catheter being tracked, without any hardware");
+  verb->add_option("--headless", options->headless_s,
+                   "no picture: run for so many seconds and print a summary")
+      ->check(CLI::Range(1.0, 86400.0));
+  verb->add_option("--json", options->json, "write the summary to this file, - for standard output");
+  verb->add_option("--domain", options->domain, "DDS domain, 0 .. 230; default: a private one")
+      ->check(CLI::Range(0, 230));
+  verb->add_option("--seed", options->seed, "of the simulated noise")->capture_default_str();
+  verb->callback([options, &exit_code] { exit_code = run(*options); });
+  return verb;
+}
+
+}  // namespace tubed
