@@ -89,6 +89,15 @@ TEST_F(SimulatedWorldTest, TwoInstrumentsAreApart) {
   EXPECT_GT((world.point(0, 5, 200) - world.point(1, 5, 200)).norm(), 5);
 }
 
+TEST_F(SimulatedWorldTest, TwoInstrumentsWithTheSameCoilsAreOneCatheter) {
+  room_.instruments.push_back(paper_catheter("cath-1 again", 1));
+  const SimulatedWorld world(room_, settings_);
+
+  EXPECT_EQ(world.catheter_of(1), 1);
+  EXPECT_EQ(world.catheter_of(2), 0);
+  EXPECT_EQ(world.point(2, 5, 200), world.point(0, 5, 200));
+}
+
 TEST_F(SimulatedWorldTest, TheSameSettingsAreTheSameTruth) {
   const SimulatedWorld one(room_, settings_.with("epoch_ns", std::int64_t{1'000'000'000}));
   const SimulatedWorld other(room_, settings_.with("epoch_ns", std::int64_t{1'000'000'000}));
