@@ -1,0 +1,137 @@
+// tubectl echo: prints samples as they come.
+#include <chrono>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "clients/cpp/topic_reader.hpp"
+#include "clients/cpp/tube_subscriber.hpp"
+#include "clients/tubectl/dds_options.hpp"
+#include "clients/tubectl/sample_text.hpp"
+#include "clients/tubectl/verbs.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct EchoArguments {
+  Subscription subscription;
+  std::string topic = "estimate";
+  bool as_json = false;
+  std::uint64_t count = std::numeric_limits<std::uint64_t>::max();
+  double duration_s = 0;  // 0: for ever
+};
+
+/// How long and how many are still to come.
+class Budget {
+ public:
+  explicit Budget(const EchoArguments& arguments)
+      : left_(arguments.count),
+        is_timed_(arguments.duration_s > 0),
+        until_(steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
+                                         std::chrono::duration<double>(arguments.duration_s))) {}
+
+  [[nodiscard]] bool is_spent() const { return left_ == 0 || (is_timed_ && steady_clock::now() >= until_); }
+  void spend_one() {
+    --left_;
+    ++printed_;
+  }
+  [[nodiscard]] std::uint64_t printed() const { return printed_; }
+
+  /// At most 0.1 s, so that the end of the time is seen.
+  [[nodiscard]] static std::chrono::milliseconds wait() { return std::chrono::milliseconds{100}; }
+
+ private:
+  std::uint64_t left_;
+  std::uint64_t printed_ = 0;
+  bool is_timed_;
+  steady_clock::time_point until_;
+};
+
+void print_event(const TubeNews& news, bool as_json) {
+  if (as_json) {
+    std::cout << nlohmann::json{{"event", name_of(news.event)}, {"instrument_id", news.instrument_id}}
+              << std::endl;
+  } else {
+    std::cout << news.instrument_id << " NO SHAPE: " << name_of(news.event) << std::endl;
+  }
+}
+
+/// Flushed line by line: somebody watches, or a pipe reads.
+void print_estimate(const TubeSample& sample, bool as_json) {
+  if (as_json) {
+    nlohmann::json line = to_json(sample.estimate);
+    line["received_monotonic_ns"] = sample.received_monotonic_ns;
+    line["lost_before"] = sample.lost_before;
+    std::cout << line << std::endl;
+  } else {
+    std::cout << line_of(sample.estimate, sample.received_monotonic_ns) << std::endl;
+  }
+}
+
+std::uint64_t echo_estimates(const EchoArguments& arguments) {
+  TubeSubscriber subscriber(arguments.subscription, Delivery::kEvery);
+  Budget budget(arguments);
+  while (!budget.is_spent()) {
+    const TubeNews news = subscriber.wait_for(Budget::wait());
+    if (news.sample != nullptr) {
+      print_estimate(*news.sample, arguments.as_json);
+      budget.spend_one();
+    } else if (news.event != TubeEvent::kTimeout) {
+      print_event(news, arguments.as_json);
+    }
+  }
+  return budget.printed();
+}
+
+template <typename Sample>
+std::uint64_t echo_topic(const EchoArguments& arguments) {
+  const auto reader = std::make_unique<TopicReader<Sample>>(arguments.subscription);
+  Budget budget(arguments);
+  while (!budget.is_spent()) {
+    if (const Sample* sample = reader->wait_for(Budget::wait())) {
+      std::cout << (arguments.as_json ? to_json(*sample).dump() : line_of(*sample)) << std::endl;
+      budget.spend_one();
+    }
+  }
+  return budget.printed();
+}
+
+std::uint64_t echo(const EchoArguments& arguments) {
+  if (arguments.topic == "em") return echo_topic<tubed_EmSamples>(arguments);
+  if (arguments.topic == "status") return echo_topic<tubed_TubeStatus>(arguments);
+  if (arguments.topic == "identity") return echo_topic<tubed_TubeIdentity>(arguments);
+  if (arguments.topic == "health") return echo_topic<tubed_TubeHealth>(arguments);
+  return echo_estimates(arguments);
+}
+
+int run_echo(const EchoArguments& arguments) {
+  try {
+    return echo(arguments) > 0 ? kExitOk : kExitUnavailable;
+  } catch (const DdsError& error) {
+    std::cerr << "tubectl: " << error.what() << '\n';
+    return kExitUnavailable;
+  }
+}
+
+}  // namespace
+
+CLI::App* add_echo(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<EchoArguments>();
+  CLI::App* verb = app.add_subcommand("echo", "Print what a daemon publishes, one line a sample");
+  verb->add_option("--topic", arguments->topic, "estimate, em, status, identity or health")
+      ->check(CLI::IsMember({"estimate", "em", "status", "identity", "health"}))
+      ->capture_default_str();
+  verb->add_option("--count", arguments->count, "Stop after this many samples")->default_str("never");
+  verb->add_option("--seconds", arguments->duration_s, "Stop after this time")
+      ->check(CLI::PositiveNumber)
+      ->default_str("never");
+  verb->add_flag("--json", arguments->as_json, "One JSON object a line, with every field");
+  add_dds_options(*verb, arguments->subscription);
+  verb->callback([arguments, &exit_code] { exit_code = run_echo(*arguments); });
+  return verb;
+}
+
+}  // namespace tubed

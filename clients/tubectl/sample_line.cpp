@@ -1,0 +1,94 @@
+#define FMT_HEADER_ONLY  // a few lines of text are not worth a library to link
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "clients/cpp/centreline.hpp"
+#include "clients/tubectl/sample_text.hpp"
+#include "idl/validity.hpp"
+
+namespace tubed {
+namespace {
+
+/// Seconds since 1970 to the millisecond: sorts, subtracts, and has no time zone.
+double seconds(std::int64_t time_ns) { return static_cast<double>(time_ns) / 1e9; }
+
+constexpr std::array<const char*, 6> kStageStates{"starting",     "running", "degraded",
+                                                  "reconnecting", "ended",   "failed"};
+
+const char* state_name(std::uint32_t state) {
+  return state < kStageStates.size() ? kStageStates[state] : "unknown";
+}
+
+std::string latency_text(const tubed_TubeEstimate& estimate, std::int64_t received_monotonic_ns) {
+  const std::int64_t measured_ns = measured_monotonic_ns(estimate);
+  if (measured_ns == 0) {
+    return "nothing measured";
+  }
+  return fmt::format("{:.1f} ms since {}", static_cast<double>(received_monotonic_ns - measured_ns) / 1e6,
+                     estimate.has_image ? "exposure" : "EM");
+}
+
+}  // namespace
+
+std::int64_t measured_monotonic_ns(const tubed_TubeEstimate& estimate) {
+  return estimate.has_image ? estimate.stamps.exposure_monotonic_ns
+                            : estimate.stamps.em_measured_monotonic_ns;
+}
+
+std::string line_of(const tubed_TubeEstimate& estimate, std::int64_t received_monotonic_ns) {
+  const Vector3 tip = point_at(estimate, 0);
+  return fmt::format("{:.3f} {} #{} {} {} tip {:.2f} {:.2f} {:.2f} mm sigma {:.2f} mm, {}",
+                     seconds(estimate.valid_time_ns), estimate.instrument_id, estimate.sequence_number,
+                     name_of(static_cast<Validity>(estimate.validity)), names_of(Reasons(estimate.reasons)),
+                     tip[0], tip[1], tip[2], sigma_mm_at(estimate, 0),
+                     latency_text(estimate, received_monotonic_ns));
+}
+
+std::string line_of(const tubed_EmSamples& samples) {
+  std::string line = fmt::format("{:.3f} {} #{} tracker frame {}", seconds(samples.measured_ns),
+                                 samples.instrument_id, samples.sequence_number, samples.tracker_frame);
+  const std::size_t count = std::min<std::size_t>(samples.coil_count, std::size(samples.coils));
+  for (std::size_t i = 0; i < count; ++i) {
+    const tubed_EmCoil& coil = samples.coils[i];
+    line += fmt::format(" | {:.2f} {:.2f} {:.2f}", coil.p_em_mm[0], coil.p_em_mm[1], coil.p_em_mm[2]);
+  }
+  return line;
+}
+
+std::string line_of(const tubed_TubeStatus& status) {
+  std::string line =
+      fmt::format("{:.3f} {} {} {}", seconds(status.time_ns), status.instrument_id,
+                  name_of(static_cast<Validity>(status.validity)), names_of(Reasons(status.reasons)));
+  const std::size_t count = std::min<std::size_t>(status.stage_count, std::size(status.stages));
+  for (std::size_t i = 0; i < count; ++i) {
+    const tubed_StageStatus& stage = status.stages[i];
+    line += fmt::format(" | {} {}{}{}", stage.name, state_name(stage.state), stage.why[0] == '\0' ? "" : ": ",
+                        stage.why);
+  }
+  return line;
+}
+
+std::string line_of(const tubed_TubeIdentity& identity) {
+  return fmt::format(
+      "{} tubed {} mode {} {:.2f} x {:.0f} mm, {} coils, {} cameras, world = {}, registration {:.2f} mm",
+      identity.instrument_id, identity.software_version, identity.mode, identity.diameter_mm,
+      identity.length_mm, identity.coil_count, identity.camera_count, identity.world_frame,
+      identity.registration_residual_mm);
+}
+
+std::string line_of(const tubed_TubeHealth& health) {
+  std::string line =
+      fmt::format("{:.3f} {} {} estimates", seconds(health.time_ns), health.instrument_id, health.estimates);
+  const std::size_t count = std::min<std::size_t>(health.stage_count, std::size(health.stages));
+  for (std::size_t i = 0; i < count; ++i) {
+    const tubed_StageHealth& stage = health.stages[i];
+    line += fmt::format(" | {} {} steps, {} dropped, max {:.1f} ms", stage.name, stage.steps, stage.dropped,
+                        static_cast<double>(stage.busy.max_ns) / 1e6);
+  }
+  return line;
+}
+
+}  // namespace tubed

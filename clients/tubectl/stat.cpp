@@ -1,0 +1,100 @@
+// tubectl stat: rate, latency, loss and validity over some seconds.
+#include <chrono>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "clients/cpp/tube_subscriber.hpp"
+#include "clients/tubectl/dds_options.hpp"
+#include "clients/tubectl/stream_statistics.hpp"
+#include "clients/tubectl/verbs.hpp"
+#include "idl/dds_entity.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct StatArguments {
+  Subscription subscription;
+  double duration_s = 10;
+  bool as_json = false;
+};
+
+using StatisticsByInstrument = std::map<std::string, StreamStatistics>;
+
+/// Listens for the time asked for, counted from the first sample; gives up when none comes in that time.
+StatisticsByInstrument listen(TubeSubscriber& subscriber, double duration_s) {
+  const auto duration =
+      std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double>(duration_s));
+  StatisticsByInstrument statistics;
+  auto until = steady_clock::now() + duration;
+  while (steady_clock::now() < until) {
+    const TubeNews news = subscriber.wait_for(std::chrono::milliseconds{20});
+    if (news.event == TubeEvent::kTimeout) {
+      continue;
+    }
+    if (statistics.empty()) {
+      until = steady_clock::now() + duration;
+    }
+    StreamStatistics& instrument = statistics[std::string(news.instrument_id)];
+    if (news.sample != nullptr) {
+      instrument.add(*news.sample);
+    } else {
+      instrument.add(news.event);
+    }
+  }
+  return statistics;
+}
+
+void print(const StatisticsByInstrument& statistics, const SubscriberStatus& status,
+           const StatArguments& arguments) {
+  if (arguments.as_json) {
+    nlohmann::json report{{"seconds", arguments.duration_s}, {"refused_backward", status.refused_backward}};
+    report["instruments"] = nlohmann::json::object();
+    for (const auto& [id, stream] : statistics) report["instruments"][id] = stream.to_json();
+    std::cout << report.dump(2) << '\n';
+    return;
+  }
+  for (const auto& [id, stream] : statistics) std::cout << id << '\n' << stream.table();
+  if (status.refused_backward > 0) {
+    std::cout << status.refused_backward
+              << " samples went backward and were refused: replayed, or a second daemon\n";
+  }
+}
+
+int run_stat(const StatArguments& arguments) {
+  try {
+    TubeSubscriber subscriber(arguments.subscription, Delivery::kEvery);
+    const StatisticsByInstrument statistics = listen(subscriber, arguments.duration_s);
+    print(statistics, subscriber.status(), arguments);
+    if (statistics.empty()) {
+      std::cerr << "tubectl: no estimate in " << arguments.duration_s << " s: is tubed running in domain "
+                << arguments.subscription.domain << " on interface "
+                << arguments.subscription.network_interface << "?\n";
+      return kExitUnavailable;
+    }
+    return kExitOk;
+  } catch (const DdsError& error) {
+    std::cerr << "tubectl: " << error.what() << '\n';
+    return kExitUnavailable;
+  }
+}
+
+}  // namespace
+
+CLI::App* add_stat(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<StatArguments>();
+  CLI::App* verb =
+      app.add_subcommand("stat", "Measure rate, latency, loss and validity of what a daemon publishes");
+  verb->add_option("--seconds", arguments->duration_s, "How long, from the first sample on")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->add_flag("--json", arguments->as_json, "JSON instead of a table");
+  add_dds_options(*verb, arguments->subscription);
+  verb->callback([arguments, &exit_code] { exit_code = run_stat(*arguments); });
+  return verb;
+}
+
+}  // namespace tubed
