@@ -65,7 +65,6 @@ class SingleFrameEstimator final : public Estimator {
   bool has_shape_ = false;
   bool has_covariance_ = false;
   bool converged_ = false;
-  bool lost_tube_ = false;
   MonotonicTime shape_time_{};  ///< the instant of the newest shape
 };
 

@@ -65,7 +65,7 @@ std::uint32_t CsvReader::count(std::size_t column) const {
   return value;
 }
 
-FilePosition CsvReader::position(std::size_t column) const {
+SequencePosition CsvReader::position(std::size_t column) const {
   return {file_, line_, fields_[places_[column]].column};
 }
 

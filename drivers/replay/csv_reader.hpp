@@ -33,7 +33,7 @@ class CsvReader {
   [[nodiscard]] std::uint32_t count(std::size_t column) const;
 
   /// Where the field stands in the file.
-  [[nodiscard]] FilePosition position(std::size_t column) const;
+  [[nodiscard]] SequencePosition position(std::size_t column) const;
   /// Throws SequenceError at the field.
   [[noreturn]] void refuse(std::size_t column, const std::string& what_is_wrong) const;
 

@@ -36,7 +36,7 @@ void ReplayImageSource::find_view(const ReplayedFolder& folder) {
   const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const CameraCalibration& camera) {
     return camera.name == camera_.name;
   });
-  const FilePosition description{folder.sequence.folder / "sequence.toml"};
+  const SequencePosition description{folder.sequence.folder / "sequence.toml"};
   if (found == cameras.end()) {
     throw SequenceError(description, "has no camera " + in_quotes(camera_.name) +
                                          "; name the configured camera after " +

@@ -10,7 +10,7 @@ namespace tubed {
 
 namespace {
 
-std::string in_words(const FilePosition& position, const std::string& what_is_wrong) {
+std::string in_words(const SequencePosition& position, const std::string& what_is_wrong) {
   std::ostringstream text;
   text << position.file.string();
   if (position.line > 0) {
@@ -22,7 +22,7 @@ std::string in_words(const FilePosition& position, const std::string& what_is_wr
 
 }  // namespace
 
-SequenceError::SequenceError(FilePosition position, const std::string& what_is_wrong)
+SequenceError::SequenceError(SequencePosition position, const std::string& what_is_wrong)
     : std::runtime_error(in_words(position, what_is_wrong)), position_(std::move(position)) {}
 
 std::string in_quotes(std::string_view text) {

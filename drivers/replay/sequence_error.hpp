@@ -9,7 +9,7 @@
 namespace tubed {
 
 /// A place in a text file; line and column count from 1, 0 means the file as a whole.
-struct FilePosition {
+struct SequencePosition {
   std::filesystem::path file;
   int line = 0;
   int column = 0;  ///< byte of the line at which the key or field starts
@@ -18,12 +18,12 @@ struct FilePosition {
 /// A sequence folder was refused. what() reads "file:line:column: what is wrong; what to do".
 class SequenceError : public std::runtime_error {
  public:
-  SequenceError(FilePosition position, const std::string& what_is_wrong);
+  SequenceError(SequencePosition position, const std::string& what_is_wrong);
 
-  [[nodiscard]] const FilePosition& position() const { return position_; }
+  [[nodiscard]] const SequencePosition& position() const { return position_; }
 
  private:
-  FilePosition position_;
+  SequencePosition position_;
 };
 
 /// 'text', for messages.

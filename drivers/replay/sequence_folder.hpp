@@ -22,7 +22,7 @@ struct SequenceFrame {
   double t_s = 0;              ///< middle of the exposure
   int camera = 0;              ///< index in room.cameras
   std::filesystem::path file;  ///< grey PNG relative to the folder; empty: fluoroscopy is off
-  FilePosition position;       ///< of the row's `file`, for messages
+  SequencePosition position;   ///< of the row's `file`, for messages
 
   [[nodiscard]] bool fluoroscopy_on() const { return !file.empty(); }
 };
