@@ -37,7 +37,7 @@ std::string latency_row(const char* name, const std::vector<double>& values) {
 std::string counts_rows(const std::string& heading, const std::map<std::string, std::uint64_t>& counts) {
   std::string rows;
   for (const auto& [name, count] : counts) {
-    rows += fmt::format("  {:<28}{}\n", heading + " " + name, count);
+    rows += fmt::format("  {:<28}{}\n", fmt::format("{} {}", heading, name), count);
   }
   return rows;
 }
