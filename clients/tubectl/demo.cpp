@@ -12,6 +12,7 @@
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/tubectl/demo_daemon.hpp"
 #include "clients/tubectl/demo_figures.hpp"
+#include "clients/tubectl/demo_picture.hpp"
 #include "clients/tubectl/demo_view.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "daemon/config/load_configuration.hpp"
@@ -26,6 +27,7 @@ using std::chrono::steady_clock;
 struct DemoOptions {
   double headless_s = 0;
   std::string json;
+  std::string picture;
   int domain = -1;
   std::int64_t seed = 1;
 };
@@ -116,18 +118,22 @@ int say_daemon_ended(Demo& demo) {
   return kExitFailed;
 }
 
-bool write_json(const nlohmann::json& report, const std::string& file) {
-  if (file == "-") {
-    std::cout << report.dump(2) << '\n';
-    return true;
-  }
+bool write_file(const std::string& text, const std::string& file) {
   std::ofstream out(file);
-  out << report.dump(2) << '\n';
+  out << text;
   if (!out.flush()) {
     std::cerr << "tubectl demo: cannot write " << file << "; does the folder exist, may you write there?\n";
     return false;
   }
   return true;
+}
+
+bool write_json(const nlohmann::json& report, const std::string& file) {
+  if (file == "-") {
+    std::cout << report.dump(2) << '\n';
+    return true;
+  }
+  return write_file(report.dump(2) + "\n", file);
 }
 
 void print_summary(const nlohmann::json& report) {
@@ -140,6 +146,13 @@ void print_summary(const nlohmann::json& report) {
             << " ms p99 " << (latency.is_null() ? std::nan("") : number(latency["p99"]))
             << " ms\nRMS error: EM only " << number(report["rms_mm"]["em"]) << " mm, fused "
             << number(report["rms_mm"]["fused"]) << " mm\nvalidity " << report["validity"].dump() << "\n";
+}
+
+int write_results(const Demo& demo, const DemoOptions& options, const nlohmann::json& report) {
+  const bool json_written = options.json.empty() || write_json(report, options.json);
+  const bool picture_written =
+      options.picture.empty() || write_file(demo_picture_svg(demo.figures(), demo.shapes()), options.picture);
+  return json_written && picture_written ? kExitOk : kExitFailed;
 }
 
 int run_headless(Demo& demo, const DemoOptions& options) {
@@ -162,7 +175,7 @@ int run_headless(Demo& demo, const DemoOptions& options) {
     }
     return kExitFailed;
   }
-  return options.json.empty() || write_json(report, options.json) ? kExitOk : kExitFailed;
+  return write_results(demo, options, report);
 }
 
 int run_live(Demo& demo, const DemoOptions& options) {
@@ -192,7 +205,7 @@ int run_live(Demo& demo, const DemoOptions& options) {
   }
   const nlohmann::json report = demo.figures().summary();
   print_summary(report);
-  return options.json.empty() || write_json(report, options.json) ? kExitOk : kExitFailed;
+  return write_results(demo, options, report);
 }
 
 int run(DemoOptions options) {
@@ -219,6 +232,7 @@ CLI::App* add_demo(CLI::App& app, int& exit_code) {
                    "no picture: run for so many seconds and print a summary")
       ->check(CLI::Range(1.0, 86400.0));
   verb->add_option("--json", options->json, "write the summary to this file, - for standard output");
+  verb->add_option("--picture", options->picture, "draw the last shapes into this file, SVG");
   verb->add_option("--domain", options->domain, "DDS domain, 0 .. 230; default: a private one")
       ->check(CLI::Range(0, 230));
   verb->add_option("--seed", options->seed, "of the simulated noise")->capture_default_str();
