@@ -14,13 +14,15 @@ struct SampleOrigin {
   std::uint64_t sequence_number = 0;
   std::int64_t publish_monotonic_ns = 0;  ///< of the daemon's host: never steps, comparable within one start
   std::int64_t publish_time_ns = 0;       ///< CLOCK_REALTIME: comparable between starts
+  std::uint64_t writer = 0;               ///< DDS's handle of the matched writer it came from
 };
 
 enum class Verdict { kFirst, kNext, kRestart, kBackward };
 
 /// Accepts sequence numbers and times that go forward within one start of the daemon, and a start that was
-/// never seen before if it is later than what was accepted last. Everything else goes backward: a replay, or
-/// a second daemon.
+/// never seen before if it is later than what was accepted last or comes from a writer that DDS matched anew:
+/// a wall clock that was set back between two starts must not lock the new daemon out, while recorded packets
+/// carry the name of a writer that is gone. Everything else goes backward: a replay.
 class SequenceGuard {
  public:
   /// The verdict; anything but kBackward becomes the newest accepted sample.
@@ -53,7 +55,9 @@ class SequenceGuard {
       return forward ? Verdict::kNext : Verdict::kBackward;
     }
     const bool seen = std::find(ended_.begin(), ended_.end(), sample.daemon_start) != ended_.end();
-    return !seen && sample.publish_time_ns > newest_.publish_time_ns ? Verdict::kRestart : Verdict::kBackward;
+    const bool is_later = sample.publish_time_ns > newest_.publish_time_ns;
+    const bool is_new_writer = sample.writer != newest_.writer;
+    return !seen && (is_later || is_new_writer) ? Verdict::kRestart : Verdict::kBackward;
   }
 
   void remember(std::uint64_t daemon_start) {

@@ -21,11 +21,12 @@ std::int64_t monotonic_ns() {
   return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
-SampleOrigin origin_of(const tubed_TubeEstimate& estimate) {
+SampleOrigin origin_of(const tubed_TubeEstimate& estimate, dds_instance_handle_t writer) {
   return {.daemon_start = estimate.daemon_start,
           .sequence_number = estimate.sequence_number,
           .publish_monotonic_ns = estimate.stamps.publish_started_monotonic_ns,
-          .publish_time_ns = estimate.publish_time_ns};
+          .publish_time_ns = estimate.publish_time_ns,
+          .writer = writer};
 }
 
 /// How far the silence of an instrument has been reported.
@@ -120,14 +121,14 @@ class TubeSubscriber::Reception {
         return;
       }
       if (about.valid_data && (instrument_id_.empty() || instrument_id_ == scratch_.instrument_id)) {
-        accept_or_refuse();
+        accept_or_refuse(about.publication_handle);
       }
     }
   }
 
-  void accept_or_refuse() {
+  void accept_or_refuse(dds_instance_handle_t writer) {
     Tracked& tube = tracked(scratch_.instrument_id);
-    const Verdict verdict = tube.guard.judge(origin_of(scratch_));
+    const Verdict verdict = tube.guard.judge(origin_of(scratch_, writer));
     if (verdict == Verdict::kBackward) {
       ++counts_.refused_backward;
       return;

@@ -17,6 +17,8 @@ struct Verb {
 
 const std::vector<Verb> kVerbs{
     {tubed::add_demo, "See it work", "tubectl demo"},
+    {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
+    {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
     {tubed::add_reconstruct, "Reconstruct and judge",
      "tubectl reconstruct dev1_paper --mode joint --out joint.csv"},
     {tubed::add_evaluate, "Reconstruct and judge",

@@ -57,6 +57,15 @@ TEST(SequenceGuard, AStartThatEndedNeverComesBack) {
   EXPECT_EQ(guard.judge(sample(9, 5001, 300)), Verdict::kBackward);
 }
 
+TEST(SequenceGuard, ARestartAfterTheClockWasSetBackIsKnownByItsNewWriter) {
+  SequenceGuard guard;
+  guard.judge(sample(9, 5000, 1000));
+  SampleOrigin restarted = sample(8, 1, 100);
+  restarted.writer = 77;
+
+  EXPECT_EQ(guard.judge(restarted), Verdict::kRestart);
+}
+
 TEST(SequenceGuard, AnUnknownStartFromThePastIsAReplayNotARestart) {
   SequenceGuard guard;
   guard.judge(sample(9, 5, 100));
