@@ -6,8 +6,9 @@
 namespace tubed {
 
 enum class EstimatorMode {
-  kEm,     ///< EM coils only: weighted MAP of Eq. (14)
-  kJoint,  ///< EM and image lines in one MAP a frame
+  kEm,      ///< EM coils only: weighted MAP of Eq. (14)
+  kJoint,   ///< EM and image lines in one MAP a frame
+  kFilter,  ///< recursive: what was known before, moved on, with EM and image lines of now
 };
 
 std::string_view name_of(EstimatorMode mode);

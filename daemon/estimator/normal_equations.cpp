@@ -45,6 +45,13 @@ void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weig
   cost_ += residual.squaredNorm();
 }
 
+void NormalEquations::add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
+  matrix_ += information;
+  solution_.noalias() = information * departure;
+  gradient_ += solution_;
+  cost_ += departure.dot(solution_);
+}
+
 bool NormalEquations::solve(double damping, Eigen::Matrix3Xd& step) {
   factor_ = matrix_;
   factor_.diagonal().array() *= 1 + damping;

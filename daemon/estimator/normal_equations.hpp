@@ -24,6 +24,10 @@ class NormalEquations {
   void add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                      const Eigen::Vector3d& residual);
 
+  /// A Gaussian prior: information matrix (3n x 3n, symmetric) around a mean from which C has gone by
+  /// `departure`.
+  void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure);
+
   /// Factorises and solves; `step` is 3 x n. False when the matrix is not positive definite.
   bool solve(double damping, Eigen::Matrix3Xd& step);
 
@@ -33,6 +37,9 @@ class NormalEquations {
 
   /// Covariance of sum_k weights[k] C_{first + k}, mm^2. Precondition: invert() was true.
   [[nodiscard]] Eigen::Matrix3d covariance(int first, const std::array<double, 4>& weights) const;
+
+  /// All of the inverse, 3n x 3n, coefficient k at rows 3k .. 3k + 2. Precondition: invert() was true.
+  [[nodiscard]] const Eigen::MatrixXd& inverse() const { return inverse_; }
 
   /// Sum of the squares of all residuals added since clear().
   [[nodiscard]] double cost() const { return cost_; }

@@ -18,7 +18,8 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm)
       spline_(settings.coefficient_count, length_mm),
       equations_(settings.coefficient_count),
       step_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
-      trial_(step_) {}
+      trial_(step_),
+      departure_(Eigen::VectorXd::Zero(3 * settings.coefficient_count)) {}
 
 void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
   for (int i = 0; i < coils.count; ++i) {
@@ -27,14 +28,15 @@ void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C
       continue;
     }
     const CubicBasis basis = spline_.basis(coil.s_mm);
-    const double weight = 1 / settings_.sigma_position_mm;
+    const double weight = 1 / (settings_.sigma_position_mm * em_sigma_factor_);
     equations_.add_isotropic(basis.first, basis.value, weight,
                              (combine(C, basis.first, basis.value) - coil.p_world_mm) * weight);
 
     const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
     const double speed = std::max(derivative.norm(), 1e-6);
     const Eigen::Vector3d direction = derivative / speed;
-    const Eigen::Vector3d residual = (-direction - coil.tangent_world) / settings_.sigma_tangent;
+    const double sigma_tangent = settings_.sigma_tangent * em_sigma_factor_;
+    const Eigen::Vector3d residual = (-direction - coil.tangent_world) / sigma_tangent;
     const Eigen::Matrix3d turning = -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) /
                                     (speed * settings_.sigma_tangent);
     for (int axis = 0; axis < 3; ++axis) {
@@ -45,7 +47,7 @@ void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C
 
 void TubeMap::add_bending(const Eigen::Matrix3Xd& C) {
   const double h = spline_.spacing_mm();
-  const double weight = std::sqrt(h / 2 / settings_.bending_q_per_mm);
+  const double weight = std::sqrt(bending_factor_ * h / 2 / settings_.bending_q_per_mm);
   for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
     for (const double node : kGaussNodes) {
       const CubicBasis basis = spline_.basis((segment + node) * h);
@@ -57,7 +59,7 @@ void TubeMap::add_bending(const Eigen::Matrix3Xd& C) {
 
 void TubeMap::add_strain(const Eigen::Matrix3Xd& C) {
   const double h = spline_.spacing_mm();
-  const double weight = std::sqrt(h / 2) / settings_.sigma_strain_sqrt_mm;
+  const double weight = std::sqrt(h / 2) / (strain_sigma_factor_ * settings_.sigma_strain_sqrt_mm);
   for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
     for (const double node : kGaussNodes) {
       const CubicBasis basis = spline_.basis((segment + node) * h);
@@ -83,14 +85,18 @@ void TubeMap::add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C) {
   }
 }
 
-void TubeMap::linearise(const CoilObservations& coils, const ViewConstraints* views, int view_count,
-                        const Eigen::Matrix3Xd& C) {
+void TubeMap::linearise(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                        const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
   equations_.clear();
   add_coils(coils, C);
   add_bending(C);
   add_strain(C);
-  for (int v = 0; v < view_count; ++v) {
-    add_view(views[v], C);
+  for (const ViewConstraints& view : views) {
+    add_view(view, C);
+  }
+  if (prior != nullptr) {
+    Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C.cols()) = C - prior->mean;
+    equations_.add_prior(prior->information, departure_);
   }
 }
 
@@ -119,11 +125,11 @@ bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
   return true;
 }
 
-int TubeMap::refine(const CoilObservations& coils, const ViewConstraints* views, int view_count,
-                    int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
+int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                    const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
   converged = false;
   double damping = kFirstDamping;
-  linearise(coils, views, view_count, C);
+  linearise(coils, views, prior, C);
   double cost_here = equations_.cost();
   for (int iteration = 1; iteration <= most_iterations; ++iteration) {
     if (!equations_.solve(damping, step_)) {
@@ -131,7 +137,7 @@ int TubeMap::refine(const CoilObservations& coils, const ViewConstraints* views,
       continue;
     }
     trial_ = C + step_;
-    linearise(coils, views, view_count, trial_);
+    linearise(coils, views, prior, trial_);
     const double longest = step_.colwise().norm().maxCoeff();
     if (equations_.cost() <= cost_here) {
       C = trial_;
@@ -147,7 +153,7 @@ int TubeMap::refine(const CoilObservations& coils, const ViewConstraints* views,
         return iteration;
       }
       damping = std::max(damping * 10, 1e-4);
-      linearise(coils, views, view_count, C);
+      linearise(coils, views, prior, C);
     }
   }
   return most_iterations;
@@ -160,9 +166,9 @@ double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix
   return equations_.cost();
 }
 
-bool TubeMap::invert_at(const CoilObservations& coils, const ViewConstraints* views, int view_count,
-                        const Eigen::Matrix3Xd& C) {
-  linearise(coils, views, view_count, C);
+bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                        const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
+  linearise(coils, views, prior, C);
   return equations_.invert();
 }
 

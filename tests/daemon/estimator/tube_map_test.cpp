@@ -109,7 +109,7 @@ TEST(TubeMap, WithoutNoiseTheArcIsFoundWithinATenthOfAMillimetre) {
   Eigen::Matrix3Xd C(3, EstimatorSettings{}.coefficient_count);
   bool converged = false;
   ASSERT_TRUE(map.solve_linear(coils, C));
-  map.refine(coils, nullptr, 0, 20, C, converged);
+  map.refine(coils, {}, nullptr, 20, C, converged);
   EXPECT_TRUE(converged);
   for (double s = 10; s <= 370; s += 10) {
     const CubicBasis basis = map.spline().basis(s);
@@ -131,7 +131,7 @@ TEST(TubeMap, MinimumIsTheOneCeresFindsOnTheSameResiduals) {
     const ViewConstraints view{&camera, lines.data(), static_cast<int>(lines.size())};
     const Eigen::Matrix3Xd start = C;
     for (int repeat = 0; repeat < 5; ++repeat) {
-      map.refine(coils, &view, 1, 50, C, converged);
+      map.refine(coils, {&view, 1}, nullptr, 50, C, converged);
     }
     EXPECT_TRUE(converged);
     double ceres_cost = 0;
@@ -167,8 +167,8 @@ TEST(TubeMap, WhatIsNotMeasuredHasTheLargerVariance) {
   Eigen::Matrix3Xd C(3, EstimatorSettings{}.coefficient_count);
   bool converged = false;
   map.solve_linear(coils, C);
-  map.refine(coils, nullptr, 0, 20, C, converged);
-  ASSERT_TRUE(map.invert_at(coils, nullptr, 0, C));
+  map.refine(coils, {}, nullptr, 20, C, converged);
+  ASSERT_TRUE(map.invert_at(coils, {}, nullptr, C));
   EXPECT_GT(map.covariance(220).trace(), map.covariance(270).trace()) << "between two coils more than at one";
   EXPECT_GT(map.covariance(0).trace(), map.covariance(10).trace()) << "beyond the first coil more than at it";
 }

@@ -1,0 +1,166 @@
+#include "daemon/estimator/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tubed {
+
+namespace {
+
+std::array<float, 6> upper_triangle(const Eigen::Matrix3d& m) {
+  return {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)), static_cast<float>(m(0, 2)),
+          static_cast<float>(m(1, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
+}
+
+/// Adds what the coils say; the number of those that could not be used.
+int judge_coils(const CoilObservations& coils, TubeEstimate& estimate) {
+  int lost = 0;
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilState state = coils.coils[static_cast<std::size_t>(i)].state;
+    lost += state == CoilState::kUsed ? 0 : 1;
+    switch (state) {
+      case CoilState::kUsed:
+        break;
+      case CoilState::kMissing:
+      case CoilState::kDisabled:
+        estimate.reasons.add(Reason::kCoilLost);
+        break;
+      case CoilState::kOutOfVolume:
+        estimate.reasons.add(Reason::kOutOfVolume);
+        break;
+      case CoilState::kOutlier:
+        estimate.reasons.add(Reason::kCoilOutlier);
+        break;
+      case CoilState::kStuck:
+        estimate.reasons.add(Reason::kEmStuck);
+        break;
+    }
+  }
+  return lost;
+}
+
+/// Adds what the images say; true when that is a reason for doubt.
+bool judge_images(const Observation& observation, const Findings& findings, TubeEstimate& estimate) {
+  if (!findings.uses_images || observation.fluoroscopy_off) {
+    estimate.reasons.add(Reason::kImageOff);
+    return false;
+  }
+  for (const ImageMeasurement* image : observation.images) {
+    if (image != nullptr && image->origin != Origin::kDevice) {
+      estimate.reasons.add(image->origin == Origin::kSimulated ? Reason::kDemoData : Reason::kReplayData);
+    }
+  }
+  bool doubtful = false;
+  if (observation.image_rejected) {
+    estimate.reasons.add(Reason::kImageRejected);
+    doubtful = true;
+  } else if (seconds_between(observation.newest_image, observation.now) * 1e3 > findings.image_stale_ms) {
+    estimate.reasons.add(Reason::kImageStale);
+    doubtful = true;
+  }
+  const bool looked = observation.is_image_instant && estimate.in_view_ratio > 0;
+  if (looked && static_cast<double>(estimate.image_inlier_ratio) < TubeViews::kLostInlierRatio) {
+    estimate.reasons.add(Reason::kImageLostTube);
+    doubtful = true;
+  }
+  return doubtful;
+}
+
+}  // namespace
+
+void begin_report(const Observation& observation, TubeEstimate& estimate) {
+  estimate.reasons = Reasons{};
+  estimate.has_image = false;
+  estimate.is_image_instant = observation.is_image_instant;
+  estimate.iterations = 0;
+  estimate.image_inlier_ratio = 0;
+  estimate.in_view_ratio = 0;
+}
+
+bool is_stale(const EmFrame* frame, const Observation& observation, const EstimatorSettings& settings) {
+  return frame == nullptr || seconds_between(frame->measured, observation.now) * 1e3 > settings.em_stale_ms;
+}
+
+void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate) {
+  estimate.valid_time_ns = to_ns(shape.time);
+  estimate.radius_mm = static_cast<float>(instrument.diameter_mm / 2);
+  estimate.length_mm = static_cast<float>(instrument.length_mm);
+  estimate.point_count = shape.C != nullptr ? kMaxCentrelinePoints : 0;
+  estimate.coefficient_count = shape.C != nullptr ? static_cast<std::uint32_t>(shape.C->cols()) : 0;
+  estimate.coefficient_spacing_mm = static_cast<float>(shape.spline->spacing_mm());
+  for (std::size_t i = 0; i < estimate.coefficient_count; ++i) {
+    Eigen::Map<Eigen::Vector3d>(estimate.coefficients_mm[i].data()) =
+        shape.C->col(static_cast<Eigen::Index>(i));
+  }
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    CentrelinePoint& point = estimate.points[i];
+    const double s_mm = instrument.length_mm * static_cast<double>(i) / (kMaxCentrelinePoints - 1);
+    const CubicBasis basis = shape.spline->basis(s_mm);
+    Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()) = combine(*shape.C, basis.first, basis.value);
+    const Eigen::Vector3d derivative = combine(*shape.C, basis.first, basis.first_derivative);
+    Eigen::Map<Eigen::Vector3f>(point.tangent_world.data()) = (-derivative.normalized()).cast<float>();
+    if (shape.covariance != nullptr) {
+      point.covariance_mm2 = upper_triangle(shape.covariance->covariance(s_mm));
+    } else {
+      point.covariance_mm2.fill(std::numeric_limits<float>::infinity());
+    }
+  }
+}
+
+void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEstimate& estimate) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  estimate.coil_count = static_cast<std::uint32_t>(coils.count);
+  for (std::size_t i = 0; i < estimate.coil_count; ++i) {
+    const CoilObservation& coil = coils.coils[i];
+    CoilResidual& residual = estimate.coils[i];
+    residual = {coil.state, static_cast<float>(coil.s_mm), kNaN, kNaN};
+    const bool posed = coil.used() || coil.state == CoilState::kOutlier || coil.state == CoilState::kStuck;
+    if (!posed || shape.C == nullptr) {
+      continue;
+    }
+    const CubicBasis basis = shape.spline->basis(coil.s_mm);
+    const Eigen::Vector3d tangent = -combine(*shape.C, basis.first, basis.first_derivative).normalized();
+    residual.position_mm =
+        static_cast<float>((combine(*shape.C, basis.first, basis.value) - coil.p_world_mm).norm());
+    residual.angle_rad =
+        static_cast<float>(std::acos(std::clamp(tangent.dot(coil.tangent_world), -1.0, 1.0)));
+  }
+}
+
+void write_ages(const Observation& observation, const EmFrame* frame, MonotonicTime newest_image,
+                TubeEstimate& estimate) {
+  estimate.em_frame = frame != nullptr ? frame->tracker_frame : 0;
+  estimate.em_age_ns = frame != nullptr ? to_ns(observation.now) - to_ns(frame->measured) : -1;
+  estimate.stamps.em_measured_ns = frame != nullptr ? to_ns(frame->measured) : 0;
+  estimate.stamps.em_received_ns = frame != nullptr ? to_ns(frame->received) : 0;
+  estimate.image_age_ns = to_ns(newest_image) != 0 ? to_ns(observation.now) - to_ns(newest_image) : -1;
+  if (frame != nullptr && frame->origin != Origin::kDevice) {
+    estimate.reasons.add(frame->origin == Origin::kSimulated ? Reason::kDemoData : Reason::kReplayData);
+  }
+}
+
+void judge(const Observation& observation, const CoilObservations& coils, const Findings& findings,
+           TubeEstimate& estimate) {
+  const bool has_shape = estimate.point_count > 0;
+  bool doubtful = judge_coils(coils, estimate) > 0;
+  doubtful = judge_images(observation, findings, estimate) || doubtful;
+  if (!findings.registered) {
+    estimate.reasons.add(Reason::kNoRegistration);
+    doubtful = true;
+  }
+  if (has_shape && !findings.converged) {
+    estimate.reasons.add(Reason::kNotConverged);
+    doubtful = true;
+  }
+  if (!has_shape) {
+    estimate.reasons.add(Reason::kInitialising);
+    estimate.validity = Validity::kNotAvailable;
+  } else if (estimate.reasons.has(Reason::kEmStale) || coils.used_count() < 2) {
+    estimate.validity = Validity::kInvalid;
+  } else {
+    estimate.validity = doubtful ? Validity::kQuestionable : Validity::kValid;
+  }
+}
+
+}  // namespace tubed

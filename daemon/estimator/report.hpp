@@ -1,0 +1,49 @@
+// What every estimator writes into an estimate the same way: shape, residuals, ages and the word of validity.
+#pragma once
+
+#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/tube_map.hpp"
+#include "daemon/estimator/tube_views.hpp"
+
+namespace tubed {
+
+/// A shape to be written. `covariance` nullptr: unknown, written as infinity.
+struct FoundShape {
+  const UniformCubicBSpline* spline = nullptr;
+  const Eigen::Matrix3Xd* C = nullptr;  ///< nullptr: there never was a shape
+  const TubeMap* covariance = nullptr;  ///< whose covariance() may be asked
+  MonotonicTime time{};                 ///< the instant the shape is of
+};
+
+/// What the word of validity depends on.
+struct Findings {
+  bool uses_images = false;  ///< of the mode
+  bool registered = true;
+  bool converged = true;
+  double image_stale_ms = 0;
+};
+
+/// Clears what each estimate begins with: reasons, image figures, iterations.
+void begin_report(const Observation& observation, TubeEstimate& estimate);
+
+/// Too old to be the shape of now? True for nullptr.
+bool is_stale(const EmFrame* frame, const Observation& observation, const EstimatorSettings& settings);
+
+/// Fills valid_time_ns, radius, length, points, coefficients.
+void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate);
+
+/// Fills coil_count and coils with state and distance from the shape.
+void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEstimate& estimate);
+
+/// Fills frame number, ages and EM stamps. `frame` nullptr: never a measurement. `newest_image` zero: never
+/// one.
+void write_ages(const Observation& observation, const EmFrame* frame, MonotonicTime newest_image,
+                TubeEstimate& estimate);
+
+/// Adds reasons to those the estimate has already and sets the word of the contract. INVALID: there is no
+/// shape of now. QUESTIONABLE: something that should have helped did not.
+void judge(const Observation& observation, const CoilObservations& coils, const Findings& findings,
+           TubeEstimate& estimate);
+
+}  // namespace tubed

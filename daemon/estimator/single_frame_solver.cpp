@@ -1,0 +1,90 @@
+#include "daemon/estimator/single_frame_solver.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace tubed {
+
+namespace {
+
+constexpr std::array<int, 3> kRoundDivisors = {1, 2,
+                                               3};  // reach of each round's lines: image_search_px / this
+constexpr double kOutlierGain = 30.0;  // cost one coil must save to be called an outlier (chi^2, 5 dof, 1e-5)
+constexpr int kFewestForMajority = 4;  // with fewer usable coils there is nobody to contradict
+
+}  // namespace
+
+SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double length_mm)
+    : settings_(settings),
+      map_(settings, length_mm),
+      C_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
+      C_without_(C_) {}
+
+bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate) {
+  if (!map_.solve_linear(coils, C_)) {
+    return false;
+  }
+  estimate.iterations +=
+      static_cast<std::uint32_t>(map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_));
+  reject_outlier(coils);
+  return true;
+}
+
+// A coil that reports OK but contradicts the others: leaving it out must save far more than its own five
+// residuals can explain. With fewer than four usable coils there is no majority to ask.
+void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
+  if (coils.used_count() < kFewestForMajority) {
+    return;
+  }
+  const double cost = map_.contradiction(coils, C_);
+  double best_cost = cost - kOutlierGain;
+  int outlier = -1;
+  // Cheap way out: the whole cost is too small for any coil to save so much.
+  for (int i = 0; i < coils.count && best_cost > 0; ++i) {
+    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (!coil.used()) {
+      continue;
+    }
+    coil.state = CoilState::kOutlier;
+    bool converged = false;
+    if (map_.solve_linear(coils, C_without_)) {
+      map_.refine(coils, {}, nullptr, settings_.iterations, C_without_, converged);
+      const double cost_without = map_.contradiction(coils, C_without_);
+      if (cost_without < best_cost) {
+        best_cost = cost_without;
+        outlier = i;
+      }
+    }
+    coil.state = CoilState::kUsed;
+  }
+  if (outlier >= 0) {
+    coils.coils[static_cast<std::size_t>(outlier)].state = CoilState::kOutlier;
+    map_.solve_linear(coils, C_);
+    map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_);
+  }
+}
+
+void SingleFrameSolver::fuse_images(const Observation& observation, const CoilObservations& coils,
+                                    TubeViews& views, TubeEstimate& estimate) {
+  for (const int divisor : kRoundDivisors) {
+    const int reach =
+        std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
+    const bool looked = views.measure(observation, map_.spline(), C_, reach, estimate);
+    const auto lines = views.constraints(observation.instant, 1, false);
+    if (lines.empty()) {
+      return;
+    }
+    estimate.iterations +=
+        static_cast<std::uint32_t>(map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
+    if (!looked) {
+      return;  // only lines of an earlier image: one round is all they can give
+    }
+  }
+}
+
+bool SingleFrameSolver::invert(const Observation& observation, const CoilObservations& coils,
+                               TubeViews& views) {
+  return map_.invert_at(coils, views.constraints(observation.instant, 1, false), nullptr, C_);
+}
+
+}  // namespace tubed

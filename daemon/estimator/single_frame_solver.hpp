@@ -1,0 +1,41 @@
+// The shape of one instant from its own measurements alone: coils, then coils and image lines.
+#pragma once
+
+#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/tube_map.hpp"
+#include "daemon/estimator/tube_views.hpp"
+
+namespace tubed {
+
+/// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
+class SingleFrameSolver {
+ public:
+  SingleFrameSolver(const EstimatorSettings& settings, double length_mm);
+
+  /// Weighted MAP of Eq. (14) of the coils; a coil that contradicts the others is marked kOutlier. False with
+  /// fewer than two usable coils.
+  bool solve_em(CoilObservations& coils, TubeEstimate& estimate);
+
+  /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
+  /// together, three rounds with narrowing lines. Between images the lines of the newest one help once more.
+  void fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
+                   TubeEstimate& estimate);
+
+  /// Prepares map().covariance() at the shape found. False when that fails.
+  bool invert(const Observation& observation, const CoilObservations& coils, TubeViews& views);
+
+  [[nodiscard]] const Eigen::Matrix3Xd& C() const { return C_; }
+  [[nodiscard]] const TubeMap& map() const { return map_; }
+  [[nodiscard]] bool converged() const { return converged_; }
+
+ private:
+  void reject_outlier(CoilObservations& coils);
+
+  EstimatorSettings settings_;
+  TubeMap map_;
+  Eigen::Matrix3Xd C_;
+  Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
+  bool converged_ = false;
+};
+
+}  // namespace tubed

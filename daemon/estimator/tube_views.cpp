@@ -1,0 +1,131 @@
+#include "daemon/estimator/tube_views.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kLineSpacing_mm = 2.0;
+constexpr double kTransition_px = 0.7;  // change of the offset from one line to the next
+constexpr double kViewMargin_px = 3.0;  // lines whose base is nearer to the border are not searched
+constexpr double kShortest_px_per_mm =
+    0.2;                                  // a tube running straight toward the source has no side to look to
+constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
+constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
+
+}  // namespace
+
+TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                     const RoomDescription& room)
+    : settings_(settings) {
+  line_count_ = std::min(LineSearch::kMaxLines, static_cast<int>(instrument.length_mm / kLineSpacing_mm) + 1);
+  line_spacing_mm_ = instrument.length_mm / (line_count_ - 1);
+  for (const CameraCalibration& calibration : room.cameras) {
+    views_.push_back(View{Camera(calibration)});
+  }
+}
+
+bool TubeViews::measure(const Observation& observation, const UniformCubicBSpline& spline,
+                        const Eigen::Matrix3Xd& C, int reach_px, TubeEstimate& estimate) {
+  bool looked = false;
+  estimate.has_image = false;
+  estimate.image_inlier_ratio = 0;
+  estimate.in_view_ratio = 0;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ImageMeasurement* image = observation.images[v];
+    if (image == nullptr || image->state != ImageState::kMeasured) {
+      continue;
+    }
+    View& view = views_[v];
+    measure_view(*image, view, project_lines(view, spline, C), reach_px);
+    looked = true;
+    estimate.has_image = estimate.has_image || view.count > 0;
+    estimate.image_inlier_ratio =
+        std::max(estimate.image_inlier_ratio, static_cast<float>(view.inlier_ratio));
+    estimate.in_view_ratio = std::max(estimate.in_view_ratio, static_cast<float>(view.in_view_ratio));
+  }
+  return looked;
+}
+
+int TubeViews::project_lines(const View& view, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C) {
+  int in_view = 0;
+  for (int i = 0; i < line_count_; ++i) {
+    CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+    const CubicBasis basis = spline.basis(i * line_spacing_mm_);
+    const auto projection = view.camera.project(combine(C, basis.first, basis.value));
+    line.in_view = projection && view.camera.contains(projection->p_image_px, kViewMargin_px);
+    if (!line.in_view) {
+      continue;
+    }
+    const Eigen::Vector2d along = projection->J_image_world * combine(C, basis.first, basis.first_derivative);
+    const double length = along.norm();
+    line.in_view = length > kShortest_px_per_mm;
+    line.base_px = projection->p_image_px;
+    line.normal = Eigen::Vector2d(-along.y(), along.x()) / std::max(length, 1e-9);
+    in_view += line.in_view ? 1 : 0;
+  }
+  return in_view;
+}
+
+void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px) {
+  view.count = 0;
+  view.exposure = image.exposure;
+  view.in_view_ratio = static_cast<double>(in_view) / line_count_;
+  view.inlier_ratio = 0;
+  if (in_view < kFewestLines) {
+    return;
+  }
+  view.inlier_ratio = search_.search(image, lines_, line_count_, reach_px, kTransition_px).inlier_ratio;
+  if (view.inlier_ratio < kLostInlierRatio) {
+    return;
+  }
+  for (int i = 0; i < line_count_; ++i) {
+    const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+    if (line.in_view) {
+      const double variance =
+          (line.variance_px2 + settings_.sigma_image_px * settings_.sigma_image_px) * settings_.image_temper;
+      view.measured[static_cast<std::size_t>(view.count++)] = {
+          i * line_spacing_mm_, line.base_px + line.offset_px * line.normal, line.normal, variance};
+    }
+  }
+}
+
+std::span<const ViewConstraints> TubeViews::constraints(MonotonicTime instant, double variance_factor,
+                                                        bool only_of_instant) {
+  std::size_t gathered = 0;
+  for (View& view : views_) {
+    const double age_s = std::abs(seconds_between(view.exposure, instant));
+    if (view.count == 0 || to_ns(view.exposure) == 0 || age_s * 1e3 > settings_.image_stale_ms ||
+        (only_of_instant && age_s > 0.002)) {
+      continue;
+    }
+    const double pixels_per_mm = view.camera.calibration().fx / 1000.0;
+    const double drift_px = kTubeSpeed_mm_s * age_s * pixels_per_mm;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(view.count); ++i) {
+      view.aged[i] = view.measured[i];
+      view.aged[i].variance_px2 =
+          view.measured[i].variance_px2 * variance_factor + drift_px * drift_px * settings_.image_temper;
+    }
+    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count};
+  }
+  return {gathered_.data(), gathered};
+}
+
+MonotonicTime TubeViews::newest_exposure() const {
+  MonotonicTime newest{};
+  for (const View& view : views_) {
+    newest = view.count > 0 ? std::max(newest, view.exposure) : newest;
+  }
+  return newest;
+}
+
+void TubeViews::forget() {
+  for (View& view : views_) {
+    view.count = 0;
+    view.exposure = MonotonicTime{};
+  }
+}
+
+}  // namespace tubed

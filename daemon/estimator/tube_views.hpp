@@ -1,0 +1,66 @@
+// What the images of all cameras say about one tube: lines searched around its projection, kept for the
+// solver.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/tube_map.hpp"
+#include "daemon/image/correspondence_lines.hpp"
+
+namespace tubed {
+
+/// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
+class TubeViews {
+ public:
+  TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+            const RoomDescription& room);
+
+  /// Looks for the tube with coefficients C in every image of the instant, `reach_px` to either side of its
+  /// projection, and keeps the lines. Fills has_image, image_inlier_ratio and in_view_ratio. False when there
+  /// was no image.
+  bool measure(const Observation& observation, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
+               int reach_px, TubeEstimate& estimate);
+
+  /// The kept lines for a solver at `instant`, one element a view that has any: those of an image of that
+  /// instant as measured, older ones worth less by the way the tube may have gone since, none older than
+  /// image_stale_ms. `only_of_instant`: no older ones at all. Valid until the next call of anything here.
+  std::span<const ViewConstraints> constraints(MonotonicTime instant, double variance_factor,
+                                               bool only_of_instant);
+
+  /// Exposure of the newest image that lines were kept of; zero: none.
+  [[nodiscard]] MonotonicTime newest_exposure() const;
+
+  void forget();
+
+  /// Share of the lines that has to agree with an image for it to show the tube.
+  static constexpr double kLostInlierRatio = 0.5;
+
+ private:
+  using Lines = std::array<CorrespondenceLine, LineSearch::kMaxLines>;
+  using Constraints = std::array<LineConstraint, LineSearch::kMaxLines>;
+
+  struct View {
+    Camera camera;
+    Constraints measured{};  ///< variance as measured, before ageing
+    Constraints aged{};      ///< what the solver is given
+    int count = 0;
+    MonotonicTime exposure{};  ///< of the image they come from; zero = none
+    double inlier_ratio = 0;
+    double in_view_ratio = 0;
+  };
+
+  int project_lines(const View& view, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C);
+  void measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px);
+
+  EstimatorSettings settings_;
+  std::vector<View> views_;
+  std::array<ViewConstraints, kMaxCameras> gathered_{};
+  LineSearch search_;
+  Lines lines_{};
+  int line_count_;
+  double line_spacing_mm_;
+};
+
+}  // namespace tubed
