@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdio>
 #include <exception>
 #include <iostream>
 
@@ -77,9 +78,8 @@ int run_daemon(const tubed::Configuration& configuration) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// Everything but the last net.
+int run(int argc, char** argv) {
   CLI::App app{
       "tubed: where the whole catheter is in 3D, 30 times a second. Research software, not a medical "
       "device."};
@@ -95,24 +95,34 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
   }
-  int status = 0;
   try {
     const tubed::Configuration configuration = tubed::load_configuration(file);
-    if (check_only) {
-      for (const std::string& warning : configuration.warnings) {
-        std::cerr << warning << '\n';
-      }
-      std::cout << file << ": ok\n";
-      return 0;
+    if (!check_only) {
+      return run_daemon(configuration);
     }
-    status = run_daemon(configuration);
+    for (const std::string& warning : configuration.warnings) {
+      std::cerr << warning << '\n';
+    }
+    std::cout << file << ": ok\n";
+    return 0;
   } catch (const tubed::ConfigurationError& error) {
     std::cerr << error.what() << '\n';
-    status = kExitConfiguration;
+    return kExitConfiguration;
   } catch (const std::exception& error) {
     std::cerr << "tubed: cannot start: " << error.what() << '\n';
-    status = kExitUnavailable;
+    return kExitUnavailable;
   }
-  spdlog::shutdown();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int status = kExitUnavailable;
+  try {
+    status = run(argc, argv);
+    spdlog::shutdown();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tubed: %s\n", error.what());
+  }
   return status;
 }

@@ -21,7 +21,7 @@ struct ConfigureArguments {
 
 void run_configure(const ConfigureArguments& arguments) {
   ReplayConfigurationSettings settings = arguments.settings;
-  settings.mode = arguments.mode == "em" ? EstimatorMode::kEm : EstimatorMode::kJoint;
+  settings.mode = mode_named(arguments.mode).value_or(EstimatorMode::kJoint);
   settings.replay = arguments.loop ? ReplayLength::kForEver : ReplayLength::kOnce;
   settings.instruments = arguments.em_too ? TrackedTwice::kEmAloneToo : TrackedTwice::kNo;
   std::cout << replay_configuration(read_sequence(arguments.sequence), settings);
@@ -39,7 +39,7 @@ CLI::App* add_configure(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 230))
       ->capture_default_str();
   verb->add_option("--mode", arguments->mode, "Estimator: em or joint")
-      ->check(CLI::IsMember({"em", "joint"}))
+      ->check(CLI::IsMember({"em", "joint", "filter"}))
       ->capture_default_str();
   verb->add_flag("--em-too", arguments->em_too,
                  "A second instrument, <id>-em, on the same coils with mode = \"em\"");

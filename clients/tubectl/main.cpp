@@ -1,4 +1,5 @@
 // tubectl: what a person types.
+#include <cstdio>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -35,9 +36,7 @@ std::string examples() {
          "needed is not available. Research software, not a medical device.";
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   int exit_code = tubed::kExitOk;
   CLI::App app{"Tracks, judges and configures from the command line what tubed sees of a catheter.",
                "tubectl"};
@@ -57,4 +56,15 @@ int main(int argc, char** argv) {
     return tubed::kExitFailed;
   }
   return exit_code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tubectl: %s\n", error.what());
+    return tubed::kExitFailed;
+  }
 }

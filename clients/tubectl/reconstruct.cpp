@@ -53,7 +53,7 @@ class Progress {
 int run(const ReconstructOptions& options) {
   const Sequence sequence = read_sequence(options.sequence);
   EstimatorSettings settings;
-  settings.mode = options.mode == "em" ? EstimatorMode::kEm : EstimatorMode::kJoint;
+  settings.mode = mode_named(options.mode).value_or(EstimatorMode::kJoint);
   std::ofstream out(options.out);
   if (!out) {
     std::cerr << "tubectl reconstruct: cannot write " << options.out
@@ -94,8 +94,10 @@ CLI::App* add_reconstruct(CLI::App& app, int& exit_code) {
   CLI::App* verb =
       app.add_subcommand("reconstruct", "Estimate the shape at every instant of a sequence folder, offline");
   verb->add_option("SEQUENCE", options->sequence, "sequence folder, format 1")->required();
-  verb->add_option("--mode", options->mode, "em: coils only; joint: coils and images")
-      ->check(CLI::IsMember({"em", "joint"}))
+  verb->add_option(
+          "--mode", options->mode,
+          "em: coils only; joint: coils and images of each instant; filter: with what was known before")
+      ->check(CLI::IsMember({"em", "joint", "filter"}))
       ->capture_default_str();
   verb->add_option("--out", options->out, "estimates, CSV: frame, s_mm, position, sigma, validity")
       ->capture_default_str();

@@ -41,7 +41,7 @@ toml::table table_of(const InstrumentDescription& instrument, const std::string&
   return toml::table{{"id", id},
                      {"diameter_mm", instrument.diameter_mm},
                      {"length_mm", instrument.length_mm},
-                     {"mode", mode == EstimatorMode::kEm ? "em" : "joint"},
+                     {"mode", std::string(name_of(mode))},
                      {"coil", std::move(coils)}};
 }
 

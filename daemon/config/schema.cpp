@@ -21,13 +21,22 @@ struct Range {
 };
 
 KeyDescription real(std::string name, double value, std::string unit, Range range, std::string meaning) {
-  return {.name = std::move(name), .default_value = value, .unit = std::move(unit), .minimum = range.minimum,
-          .maximum = range.maximum, .meaning = std::move(meaning)};
+  return {.name = std::move(name),
+          .default_value = value,
+          .unit = std::move(unit),
+          .minimum = range.minimum,
+          .maximum = range.maximum,
+          .meaning = std::move(meaning)};
 }
 
-KeyDescription integer(std::string name, std::int64_t value, std::string unit, Range range, std::string meaning) {
-  return {.name = std::move(name), .default_value = value, .unit = std::move(unit), .minimum = range.minimum,
-          .maximum = range.maximum, .meaning = std::move(meaning)};
+KeyDescription integer(std::string name, std::int64_t value, std::string unit, Range range,
+                       std::string meaning) {
+  return {.name = std::move(name),
+          .default_value = value,
+          .unit = std::move(unit),
+          .minimum = range.minimum,
+          .maximum = range.maximum,
+          .meaning = std::move(meaning)};
 }
 
 KeyDescription boolean(std::string name, bool value, std::string meaning) {
@@ -35,18 +44,27 @@ KeyDescription boolean(std::string name, bool value, std::string meaning) {
 }
 
 KeyDescription text(std::string name, std::string value, TextRule rule, std::string meaning) {
-  return {.name = std::move(name), .default_value = std::move(value), .text = std::move(rule),
+  return {.name = std::move(name),
+          .default_value = std::move(value),
+          .text = std::move(rule),
           .meaning = std::move(meaning)};
 }
 
-KeyDescription word(std::string name, std::string value, std::vector<std::string> choices, std::string meaning) {
-  return {.name = std::move(name), .default_value = std::move(value), .choices = std::move(choices),
+KeyDescription word(std::string name, std::string value, std::vector<std::string> choices,
+                    std::string meaning) {
+  return {.name = std::move(name),
+          .default_value = std::move(value),
+          .choices = std::move(choices),
           .meaning = std::move(meaning)};
 }
 
 KeyDescription matrix(std::string name, std::string unit, std::string meaning) {
-  return {.name = std::move(name), .default_value = Eigen::Matrix4d{Eigen::Matrix4d::Identity()},
-          .unit = std::move(unit), .minimum = -1e5, .maximum = 1e5, .meaning = std::move(meaning)};
+  return {.name = std::move(name),
+          .default_value = Eigen::Matrix4d{Eigen::Matrix4d::Identity()},
+          .unit = std::move(unit),
+          .minimum = -1e5,
+          .maximum = 1e5,
+          .meaning = std::move(meaning)};
 }
 
 KeyDescription required(KeyDescription key) {
@@ -75,7 +93,10 @@ TableDescription daemon_table() {
 
 TableDescription stage_table(std::string name, std::string meaning) {
   const double last_cpu = std::max(get_nprocs_conf(), 1) - 1;
-  KeyDescription cpus{.name = "cpus", .default_value = std::vector<std::int64_t>{}, .maximum_count = 1024, .meaning = "CPUs it may run on, counted from 0; empty = all"};
+  KeyDescription cpus{.name = "cpus",
+                      .default_value = std::vector<std::int64_t>{},
+                      .maximum_count = 1024,
+                      .meaning = "CPUs it may run on, counted from 0; empty = all"};
   cpus.minimum = 0;
   cpus.maximum = last_cpu;
   return {.name = std::move(name),
@@ -106,80 +127,92 @@ TableDescription dds_table() {
                         "the room, as DDS partition; empty = the default partition"),
                    text("network_interface", defaults.network_interface, {1, 64, true, " /<>&\"'"},
                         "name or address of the interface; lo = nothing leaves this host"),
-                   text("world_frame", defaults.world_frame, {1, 64, true, ""}, "what the world frame is, in words")}};
+                   text("world_frame", defaults.world_frame, {1, 64, true, ""},
+                        "what the world frame is, in words")}};
 }
 
 TableDescription em_table(const std::vector<std::string>& driver_names) {
   const PipelineSettings defaults;
-  return {.name = "em",
-          .minimum_count = 1,
-          .meaning = "the EM tracker",
-          .keys = {required(word("driver", "", driver_names, "the driver of the EM tracker")),
-                   text("device", "", {}, "device of the driver, when it has one"),
-                   real("reconnect_first_ms", defaults.reconnect_first_ms, "ms", {10, 60000},
-                        "back-off after a source is lost, doubled up to reconnect_last_ms; images too"),
-                   real("reconnect_last_ms", defaults.reconnect_last_ms, "ms", {10, 60000}, "longest back-off"),
-                   optional(matrix("T_world_em", "mm",
-                                   "registration p_world = T_world_em * p_em; left out = not registered")),
-                   optional(real("registration_residual_mm", 0, "mm", {0, 100},
-                                 "RMS residual of the registration; left out = not stated"))}};
+  return {
+      .name = "em",
+      .minimum_count = 1,
+      .meaning = "the EM tracker",
+      .keys = {required(word("driver", "", driver_names, "the driver of the EM tracker")),
+               text("device", "", {}, "device of the driver, when it has one"),
+               real("reconnect_first_ms", defaults.reconnect_first_ms, "ms", {10, 60000},
+                    "back-off after a source is lost, doubled up to reconnect_last_ms; images too"),
+               real("reconnect_last_ms", defaults.reconnect_last_ms, "ms", {10, 60000}, "longest back-off"),
+               optional(matrix("T_world_em", "mm",
+                               "registration p_world = T_world_em * p_em; left out = not registered")),
+               optional(real("registration_residual_mm", 0, "mm", {0, 100},
+                             "RMS residual of the registration; left out = not stated"))}};
 }
 
 TableDescription camera_table(const std::vector<std::string>& driver_names) {
   const Range focal_px{1, 1e6};
   const Range principal_px{-1e4, 1e4};
-  KeyDescription distortion{.name = "distortion", .default_value = std::vector<double>(5, 0.0), .minimum = -1000,
-                            .maximum = 1000, .minimum_count = 5, .maximum_count = 5,
+  KeyDescription distortion{.name = "distortion",
+                            .default_value = std::vector<double>(5, 0.0),
+                            .minimum = -1000,
+                            .maximum = 1000,
+                            .minimum_count = 5,
+                            .maximum_count = 5,
                             .meaning = "k1 k2 p1 p2 k3, as OpenCV defines them"};
-  return {.name = "camera",
-          .shape = TableShape::kMany,
-          .maximum_count = kMaxCameras,
-          .meaning = "one view of the fluoroscope",
-          .keys = {required(text("name", "", published_name(32), "name of the view, unique")),
-                   required(integer("width", 0, "px", {64, 2048}, "width of the image")),
-                   required(integer("height", 0, "px", {64, 2048}, "height of the image")),
-                   required(real("fx", 1, "px", focal_px, "focal length along x")),
-                   required(real("fy", 1, "px", focal_px, "focal length along y")),
-                   required(real("cx", 0, "px", principal_px, "principal point, x; the first pixel's centre is 0")),
-                   required(real("cy", 0, "px", principal_px, "principal point, y; the first pixel's centre is 0")),
-                   distortion,
-                   required(matrix("T_camera_world", "mm",
-                                   "p_camera = T_camera_world * p_world; x right, y down, z depth")),
-                   required(word("driver", "", driver_names, "the driver of the images")),
-                   text("device", "", {}, "device of the driver, when it has one")}};
+  return {
+      .name = "camera",
+      .shape = TableShape::kMany,
+      .maximum_count = kMaxCameras,
+      .meaning = "one view of the fluoroscope",
+      .keys = {
+          required(text("name", "", published_name(32), "name of the view, unique")),
+          required(integer("width", 0, "px", {64, 2048}, "width of the image")),
+          required(integer("height", 0, "px", {64, 2048}, "height of the image")),
+          required(real("fx", 1, "px", focal_px, "focal length along x")),
+          required(real("fy", 1, "px", focal_px, "focal length along y")),
+          required(real("cx", 0, "px", principal_px, "principal point, x; the first pixel's centre is 0")),
+          required(real("cy", 0, "px", principal_px, "principal point, y; the first pixel's centre is 0")),
+          distortion,
+          required(matrix("T_camera_world", "mm",
+                          "p_camera = T_camera_world * p_world; x right, y down, z depth")),
+          required(word("driver", "", driver_names, "the driver of the images")),
+          text("device", "", {}, "device of the driver, when it has one")}};
 }
 
 KeyDescription mode_key() {
-  KeyDescription mode = word("mode", "joint", {"em", "joint"}, "em: coils only; joint: coils and images together");
-  mode.reserved = {"filter", "paper"};
+  KeyDescription mode =
+      word("mode", "joint", {"em", "joint", "filter"},
+           "em: coils only; joint: coils and images of one instant; filter: with what was known before");
+  mode.reserved = {"paper"};
   return mode;
 }
 
 TableDescription instrument_table() {
   const InstrumentDescription defaults;
-  TableDescription coil{.name = "coil",
-                        .shape = TableShape::kMany,
-                        .minimum_count = 1,
-                        .maximum_count = kMaxTrackerCoils,
-                        .meaning = "one EM coil of this instrument, in order from the tip",
-                        .keys = {required(integer("sensor", 1, "", {1, kMaxTrackerCoils},
-                                                  "which sensor of the tracker it is, counted from 1")),
-                                 required(real("offset_from_tip_mm", 0, "mm", {0, 2000},
-                                               "where it sits, along the catheter from the tip")),
-                                 boolean("flipped", false, "mounted the other way round: its z points away from the tip")}};
+  TableDescription coil{
+      .name = "coil",
+      .shape = TableShape::kMany,
+      .minimum_count = 1,
+      .maximum_count = kMaxTrackerCoils,
+      .meaning = "one EM coil of this instrument, in order from the tip",
+      .keys = {required(integer("sensor", 1, "", {1, kMaxTrackerCoils},
+                                "which sensor of the tracker it is, counted from 1")),
+               required(real("offset_from_tip_mm", 0, "mm", {0, 2000},
+                             "where it sits, along the catheter from the tip")),
+               boolean("flipped", false, "mounted the other way round: its z points away from the tip")}};
   KeyDescription mode = optional(mode_key());
   mode.meaning = "mode of this instrument alone; left out = that of [estimator]";
-  return {.name = "instrument",
-          .shape = TableShape::kMany,
-          .minimum_count = 1,
-          .maximum_count = kMaxInstruments,
-          .meaning = "one tracked catheter",
-          .keys = {required(text("id", "", published_name(kInstrumentIdLength), "the DDS key, unique")),
-                   real("diameter_mm", defaults.diameter_mm, "mm", {0.3, 20}, "outer diameter; 7 Fr = 2.33 mm"),
-                   real("length_mm", defaults.length_mm, "mm", {10, 2000},
-                        "from the tip, the part whose shape is asked for"),
-                   mode},
-          .tables = {coil}};
+  return {
+      .name = "instrument",
+      .shape = TableShape::kMany,
+      .minimum_count = 1,
+      .maximum_count = kMaxInstruments,
+      .meaning = "one tracked catheter",
+      .keys = {required(text("id", "", published_name(kInstrumentIdLength), "the DDS key, unique")),
+               real("diameter_mm", defaults.diameter_mm, "mm", {0.3, 20}, "outer diameter; 7 Fr = 2.33 mm"),
+               real("length_mm", defaults.length_mm, "mm", {10, 2000},
+                    "from the tip, the part whose shape is asked for"),
+               mode},
+      .tables = {coil}};
 }
 
 TableDescription estimator_table() {
@@ -188,29 +221,40 @@ TableDescription estimator_table() {
   return {
       .name = "estimator",
       .meaning = "how the shape is estimated, for every instrument",
-      .keys = {mode_key(),
-               integer("coefficient_count", d.coefficient_count, "", {8, 48}, "coefficients of the B-spline"),
-               real("sigma_position_mm", d.sigma_position_mm, "mm", {0.01, 50},
-                    "standard deviation of a coil's position, an axis"),
-               real("sigma_tangent", d.sigma_tangent, "", {0.0005, 1}, "standard deviation of a coil's unit tangent, an axis"),
-               real("sigma_strain_sqrt_mm", d.sigma_strain_sqrt_mm, "sqrt(mm)", {1e-4, 1},
-                    "standard deviation of the strain over 1 mm of arc length"),
-               real("bending_q_per_mm", d.bending_q_per_mm, "1/mm", {1e-8, 1}, "expected squared curvature times mm"),
-               real("sigma_image_px", d.sigma_image_px, "px", {0.05, 20},
-                    "standard deviation of a correspondence line's offset, beside its own"),
-               real("image_search_px", d.image_search_px, "px", {2, 100}, "half length of the correspondence lines"),
-               real("image_temper", d.image_temper, "", {1, 1000},
-                    "the images' variance is multiplied by this: pixels are not independent"),
-               real("em_stale_ms", d.em_stale_ms, "ms", age_ms, "age of the newest EM measurement that means EM_STALE"),
-               real("em_stuck_ms", d.em_stuck_ms, "ms", age_ms, "bit-equal measurements for so long mean EM_STUCK"),
-               real("image_stale_ms", d.image_stale_ms, "ms", age_ms, "no image for so long means IMAGE_STALE"),
-               integer("iterations", d.iterations, "", {1, 50}, "Gauss-Newton iterations, at most")}};
+      .keys = {
+          mode_key(),
+          integer("coefficient_count", d.coefficient_count, "", {8, 48}, "coefficients of the B-spline"),
+          real("sigma_position_mm", d.sigma_position_mm, "mm", {0.01, 50},
+               "standard deviation of a coil's position, an axis"),
+          real("sigma_tangent", d.sigma_tangent, "", {0.0005, 1},
+               "standard deviation of a coil's unit tangent, an axis"),
+          real("sigma_strain_sqrt_mm", d.sigma_strain_sqrt_mm, "sqrt(mm)", {1e-4, 1},
+               "standard deviation of the strain over 1 mm of arc length"),
+          real("bending_q_per_mm", d.bending_q_per_mm, "1/mm", {1e-8, 1},
+               "expected squared curvature times mm"),
+          real("sigma_image_px", d.sigma_image_px, "px", {0.05, 20},
+               "standard deviation of a correspondence line's offset, beside its own"),
+          real("image_search_px", d.image_search_px, "px", {2, 100},
+               "half length of the correspondence lines"),
+          real("image_temper", d.image_temper, "", {1, 1000},
+               "the images' variance is multiplied by this: pixels are not independent"),
+          real("em_stale_ms", d.em_stale_ms, "ms", age_ms,
+               "age of the newest EM measurement that means EM_STALE"),
+          real("em_stuck_ms", d.em_stuck_ms, "ms", age_ms,
+               "bit-equal measurements for so long mean EM_STUCK"),
+          real("image_stale_ms", d.image_stale_ms, "ms", age_ms, "no image for so long means IMAGE_STALE"),
+          integer("iterations", d.iterations, "", {1, 50}, "Gauss-Newton iterations, at most")}};
 }
 
 TableDescription frangi_table() {
   const FrangiSettings d;
-  KeyDescription scales{.name = "scales_px", .default_value = d.scales_px, .unit = "px", .minimum = 0.5, .maximum = 20,
-                        .minimum_count = 1, .maximum_count = 8,
+  KeyDescription scales{.name = "scales_px",
+                        .default_value = d.scales_px,
+                        .unit = "px",
+                        .minimum = 0.5,
+                        .maximum = 20,
+                        .minimum_count = 1,
+                        .maximum_count = 8,
                         .meaning = "standard deviation of each Gaussian"};
   return {.name = "frangi",
           .meaning = "the filter that finds tubes in an image",
@@ -255,9 +299,10 @@ TableDescription configuration_schema(const std::vector<DriverDescription>& avai
       image_drivers.push_back(driver.name);
     }
   }
-  TableDescription file{.meaning = "tubed's configuration",
-                        .tables = {daemon_table(), realtime_table(), dds_table(), em_table(em_drivers),
-                                   camera_table(image_drivers), instrument_table(), estimator_table(), frangi_table()}};
+  TableDescription file{
+      .meaning = "tubed's configuration",
+      .tables = {daemon_table(), realtime_table(), dds_table(), em_table(em_drivers),
+                 camera_table(image_drivers), instrument_table(), estimator_table(), frangi_table()}};
   for (const DriverDescription& driver : available) {
     file.tables.push_back(driver_table(driver));
   }

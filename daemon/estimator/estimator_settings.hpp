@@ -1,6 +1,7 @@
 // What can be set about an estimator. Whitened weights as in daemon/estimator/README.md; units in the names.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 namespace tubed {
@@ -12,6 +13,9 @@ enum class EstimatorMode {
 };
 
 std::string_view name_of(EstimatorMode mode);
+
+/// The mode of that name, "em", "joint" or "filter"; nothing for another word.
+std::optional<EstimatorMode> mode_named(std::string_view name);
 
 struct EstimatorSettings {
   EstimatorMode mode = EstimatorMode::kJoint;

@@ -19,6 +19,15 @@ std::string_view name_of(EstimatorMode mode) {
   return "unknown";
 }
 
+std::optional<EstimatorMode> mode_named(std::string_view name) {
+  for (const EstimatorMode mode : {EstimatorMode::kEm, EstimatorMode::kJoint, EstimatorMode::kFilter}) {
+    if (name == name_of(mode)) {
+      return mode;
+    }
+  }
+  return std::nullopt;
+}
+
 std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                           const InstrumentDescription& instrument,
                                           const RoomDescription& room) {

@@ -11,18 +11,24 @@ namespace {
 
 // Motion, per root second for random walks. 0.95 mm is 0.2 mm in the 44 ms that a push of 1 mm takes at 22.5
 // mm/s.
-constexpr double kSideways_mm = 0.95;
+constexpr double kSideways_mm = 2.0;
 constexpr double kSidewaysAtTip_mm = 4.3;
 constexpr double kTipReach_mm = 30;        // over which the tip's freedom fades
 constexpr double kSidewaysLength_mm = 25;  // correlation along the tube
-constexpr double kSlidingSpeed_mm_s = 20;  // how fast it is pushed or pulled
+constexpr double kSlidingSpeed_mm_s = 30;  // how fast it is pushed or pulled
 // Stiffness is knowledge about every shape, not news of each frame: reapplied at full weight it would count
 // again and again and make the filter sure of what it does not know.
 constexpr double kStrainSigmaFactor = 18;
-constexpr double kBendingFactor = 0.005;
-constexpr double kImageVarianceFactor = 6;
+constexpr double kBendingFactor = 0.05;
+constexpr double kImageVarianceFactor = 1;  // beside image_temper
 // EM errors of neighbouring measurements are alike; as many as fit into this time count as one.
 constexpr double kEmCorrelation_s = 0.1;
+// Motion is set free when the coils say that more happens than was expected: a smoothed chi^2 per degree of
+// freedom.
+constexpr double kRestlessMemory_s = 0.3;
+constexpr double kRestlessPower = 2;
+constexpr double kRestlessFrom = 0.5;
+constexpr double kRestlessMost = 20;
 constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
 constexpr std::chrono::milliseconds kLostAfter{
     100};  // a coil that contradicts for so long is right and we are wrong
@@ -103,6 +109,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
                                     const EmFrame& frame, TubeEstimate& estimate) {
   gated_ = {};
   images_without_tube_ = 0;
+  restlessness_ = 0;
   if (!start_.solve_em(coils, estimate)) {
     return false;
   }
@@ -138,7 +145,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
     const double interval_s = seconds_between(newest_em_, frame->measured);
     coils = observe(frame, history);
     predict(frame->measured);
-    gate(coils, frame->measured);
+    gate(coils, frame->measured, interval_s);
     map_.set_em_variance_factor(std::max(1.0, kEmCorrelation_s / std::max(interval_s, 1e-3)));
     update(coils, {}, estimate);
     newest_em_ = frame->measured;
@@ -169,11 +176,13 @@ void RecursiveEstimator::predict(MonotonicTime time) {
     sliding_.segment<3>(3 * i) =
         -(C_.col(after) - C_.col(before)) / (static_cast<double>(after - before) * h);
   }
+  const double freedom =
+      std::clamp(std::pow(restlessness_ / kRestlessFrom, kRestlessPower), 1.0, kRestlessMost);
   const double slid_mm = kSlidingSpeed_mm_s * dt_s;
   P_.noalias() += slid_mm * slid_mm * sliding_ * sliding_.transpose();
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j) {
-      P_.block<3, 3>(3 * i, 3 * j).diagonal().array() += sideways_(i, j) * dt_s;
+      P_.block<3, 3>(3 * i, 3 * j).diagonal().array() += sideways_(i, j) * dt_s * freedom;
     }
   }
 }
@@ -245,8 +254,10 @@ Eigen::Matrix3d RecursiveEstimator::covariance_at(double s_mm) const {
 }
 
 // A coil whose position the prediction cannot explain takes no part, for a while.
-void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
+void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time, double interval_s) {
   const double variance = settings_.sigma_position_mm * settings_.sigma_position_mm;
+  double surprise = 0;
+  int judged = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(coils.count); ++i) {
     CoilObservation& coil = coils.coils[i];
     if (!coil.used()) {
@@ -255,13 +266,20 @@ void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
     const Eigen::Vector3d innovation = coil.p_world_mm - combine(C_, basis.first, basis.value);
     const Eigen::Matrix3d expected = covariance_at(coil.s_mm) + variance * Eigen::Matrix3d::Identity();
-    if (innovation.dot(expected.inverse() * innovation) <= kGate) {
+    const double chi_squared = innovation.dot(expected.inverse() * innovation);
+    surprise += std::min(chi_squared, kGate);
+    ++judged;
+    if (chi_squared <= kGate) {
       gated_[i] = GatedCoil{};
       continue;
     }
     coil.state = CoilState::kOutlier;
     gated_[i].since = gated_[i].times == 0 ? time : gated_[i].since;
     ++gated_[i].times;
+  }
+  if (judged > 0) {
+    const double share = std::min(1.0, interval_s / kRestlessMemory_s);
+    restlessness_ += share * (surprise / (3 * judged) - restlessness_);
   }
 }
 

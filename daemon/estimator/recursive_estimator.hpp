@@ -35,7 +35,7 @@ class RecursiveEstimator final : public Estimator {
   void predict(MonotonicTime time);
   bool update(const CoilObservations& coils, std::span<const ViewConstraints> lines, TubeEstimate& estimate);
   void update_image(const Observation& observation, TubeEstimate& estimate);
-  void gate(CoilObservations& coils, MonotonicTime time);
+  void gate(CoilObservations& coils, MonotonicTime time, double interval_s);
   [[nodiscard]] bool is_lost(MonotonicTime now) const;
   [[nodiscard]] Eigen::Matrix3d covariance_at(double s_mm) const;
   bool refresh_information();
@@ -54,6 +54,7 @@ class RecursiveEstimator final : public Estimator {
   Eigen::MatrixXd sideways_;  ///< process noise of one second between coefficients, mm^2 (n x n)
   Eigen::VectorXd sliding_;   ///< change of the coefficients when the tube slides 1 mm forward
   std::array<GatedCoil, kMaxCoils> gated_{};
+  double restlessness_ = 0;  ///< smoothed chi^2 of the coils' positions per degree of freedom
   int images_without_tube_ = 0;
   bool has_state_ = false;
   bool has_covariance_ = false;

@@ -28,6 +28,7 @@ std::vector<float> half_gaussian(double sigma) {
     sum += (i == 0 ? 1 : 2) * weights[static_cast<std::size_t>(i)];
   }
   std::vector<float> half;
+  half.reserve(weights.size());
   for (const double weight : weights) {
     half.push_back(static_cast<float>(weight / sum));
   }

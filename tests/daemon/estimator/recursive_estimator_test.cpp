@@ -1,0 +1,151 @@
+#include "daemon/estimator/recursive_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/daemon/estimator/simulated_tube.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A filter fed with a measurement every 25 ms and, if wanted, an image every 100 ms.
+struct FilterBench {
+  FilterBench() {
+    settings.mode = EstimatorMode::kFilter;
+    estimator = make_estimator(settings, room.instruments.front(), room);
+  }
+  /// One more measurement, displaced by `shift_mm` in z; the shape after it.
+  const TubeEstimate& measure(double shift_mm = 0, int outlier = -1) {
+    now += milliseconds(25);
+    EmFrame frame = measure_coils(room, now, 4, ++seed);
+    for (int i = 0; i < frame.coil_count; ++i) {
+      frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? 30 : 0);
+    }
+    history->add(frame);
+    const bool is_image = with_images && seed % 4 == 0;
+    Observation observation;
+    observation.instant = observation.now = now;
+    observation.em = history.get();
+    observation.is_image_instant = is_image;
+    if (is_image) {
+      image = image_of_arc(room, now);
+      newest_image = now;
+      observation.images[0] = &image;
+    }
+    observation.newest_image = newest_image;
+    estimator->estimate(observation, *estimate);
+    return *estimate;
+  }
+  /// RMS over s = 0 .. 370, the truth being displaced by `shift_mm` in z.
+  [[nodiscard]] double rms_mm(double shift_mm = 0) const {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < estimate->point_count; ++i) {
+      const double s =
+          static_cast<double>(estimate->length_mm) * static_cast<double>(i) / (estimate->point_count - 1);
+      if (s <= 370) {
+        const Eigen::Vector3d truth = arc_point(s) + Eigen::Vector3d(0, 0, shift_mm);
+        sum +=
+            (Eigen::Map<const Eigen::Vector3d>(estimate->points[i].p_world_mm.data()) - truth).squaredNorm();
+        ++count;
+      }
+    }
+    return count > 0 ? std::sqrt(sum / count) : 1e9;
+  }
+  RoomDescription room = one_view_room();
+  EstimatorSettings settings;
+  std::unique_ptr<Estimator> estimator;
+  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
+  std::unique_ptr<TubeEstimate> estimate = std::make_unique<TubeEstimate>();
+  ImageMeasurement image;
+  MonotonicTime newest_image{};
+  MonotonicTime now = from_ns(10'000'000'000);
+  unsigned seed = 0;
+  bool with_images = true;
+};
+
+TEST(RecursiveEstimator, ForgetsNoMeasurementSoNoiseAveragesOut) {
+  FilterBench bench;
+  bench.measure();
+  const double first = bench.rms_mm();
+  double sum = 0;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure();
+    sum += i >= 40 ? bench.rms_mm() : 0;
+  }
+  EXPECT_LT(sum / 40, 0.6 * first);
+  EXPECT_EQ(bench.estimate->validity, Validity::kValid);
+}
+
+TEST(RecursiveEstimator, GoesOnWithCoilsAloneAndSaysThatImagesStopped) {
+  FilterBench bench;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+  }
+  bench.with_images = false;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+  }
+  EXPECT_LT(bench.rms_mm(), 2.5);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kImageStale));
+}
+
+TEST(RecursiveEstimator, ACoilThatJumpsIsLeftOutAndFlaggedAtOnce) {
+  FilterBench bench;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+  }
+  const double before = bench.rms_mm();
+  bench.measure(0, 2);
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kCoilOutlier));
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
+}
+
+// All coils 20 mm away at once: the tube has snapped, and the coils are right.
+TEST(RecursiveEstimator, ASnapIsFollowedAtOnce) {
+  FilterBench bench;
+  bench.with_images = false;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+  }
+  bench.measure(20);
+  EXPECT_LT(bench.rms_mm(20), 5);
+}
+
+TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {
+  FilterBench bench;
+  bench.with_images = false;
+  for (int i = 0; i < 10; ++i) {
+    bench.measure();
+  }
+  bench.now += std::chrono::seconds(3);
+  bench.measure(8);
+  EXPECT_LT(bench.rms_mm(8), 4);
+}
+
+TEST(RecursiveEstimator, TheCovarianceCoversTheErrors) {
+  FilterBench bench;
+  int inside = 0;
+  int all = 0;
+  for (int i = 0; i < 200; ++i) {
+    bench.measure();
+    if (i < 20) {
+      continue;
+    }
+    for (std::size_t point = 5; point < 120; point += 10) {
+      const double s = 380.0 * static_cast<double>(point) / (bench.estimate->point_count - 1);
+      const double error = bench.estimate->points[point].p_world_mm[2] - arc_point(s).z();
+      const double sigma = std::sqrt(static_cast<double>(bench.estimate->points[point].covariance_mm2[5]));
+      inside += std::abs(error) < 2 * sigma ? 1 : 0;
+      ++all;
+    }
+  }
+  EXPECT_GT(inside, all * 85 / 100) << "a normal error lies within two sigma in 95 of 100 cases";
+}
+
+}  // namespace
+}  // namespace tubed
