@@ -48,6 +48,10 @@ struct Pipeline::Parts {
     for (const auto& thread : threads) {
       thread->request_stop();
     }
+    // All of them before any is destroyed: the publisher reads the reports of the others to the last.
+    for (const auto& thread : threads) {
+      thread->join();
+    }
   }
 };
 

@@ -55,6 +55,10 @@ StageThread::StageThread(std::string name, Stage& stage, ThreadSettings settings
 
 StageThread::~StageThread() {
   request_stop();
+  join();
+}
+
+void StageThread::join() {
   if (thread_ && thread_->joinable()) {
     thread_->join();
   }

@@ -39,6 +39,8 @@ class StageThread {
   SchedulingOutcome start();
   /// Asks the thread to end; the destructor waits for it.
   void request_stop() noexcept;
+  /// Waits until the thread has ended after request_stop(); harmless when it was never started.
+  void join();
 
   /// Newest report of the stage; called by one other thread only (the publisher).
   const StageReport& newest_report();
