@@ -21,11 +21,13 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems);
 /// [estimator] with the mode of each [[instrument]], in their order.
 std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Problems& problems);
 
-/// What `owner` ([em] or a [[camera]]) says about its driver. Required keys of the driver's table are demanded here.
+/// What `owner` ([em] or a [[camera]]) says about its driver. Required keys of the driver's table are
+/// demanded here.
 SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
                            const std::vector<DriverDescription>& available, Problems& problems);
 
-/// What is allowed but unusual: sources of different origin, two instruments on one sensor, tables nobody uses.
+/// What is allowed but unusual: sources of different origin, two instruments on one sensor, tables nobody
+/// uses.
 Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>& available);
 
 }  // namespace tubed

@@ -32,7 +32,8 @@ CameraCalibration camera_calibration(const CheckedTable& table, Problems& proble
   camera.fy = table.get<double>("fy");
   camera.cx = table.get<double>("cx");
   camera.cy = table.get<double>("cy");
-  std::copy_n(table.get<std::vector<double>>("distortion").begin(), camera.distortion.size(), camera.distortion.begin());
+  std::copy_n(table.get<std::vector<double>>("distortion").begin(), camera.distortion.size(),
+              camera.distortion.begin());
   camera.T_camera_world = rigid(table, "T_camera_world", problems);
   return camera;
 }
@@ -55,8 +56,8 @@ void check_offsets(const CheckedTable& instrument, Problems& problems) {
     const double length_mm = instrument.get<double>("length_mm");
     if (offset_mm <= previous_mm) {
       problems.push_back({coil.at("offset_from_tip_mm").position, coil.path_of("offset_from_tip_mm"),
-                          "expected more than the coil before it, " + to_toml(previous_mm) +
-                              " mm, found " + to_toml(offset_mm) + "; coils are listed from the tip"});
+                          "expected more than the coil before it, " + to_toml(previous_mm) + " mm, found " +
+                              to_toml(offset_mm) + "; coils are listed from the tip"});
     } else if (instrument.sound("length_mm") && offset_mm > length_mm) {
       problems.push_back({coil.at("offset_from_tip_mm").position, coil.path_of("offset_from_tip_mm"),
                           "expected at most the instrument's length_mm, " + to_toml(length_mm) +
@@ -99,8 +100,8 @@ void check_unique(const std::vector<CheckedTable>& tables, const std::string& ke
     const auto [first, is_new] = seen.emplace(table.get<std::string>(key), table.at(key).position);
     if (!is_new) {
       problems.push_back({table.at(key).position, table.path_of(key),
-                          "expected a unique name, found \"" + printable(first->first) + "\" again, first used in line " +
-                              std::to_string(first->second.line)});
+                          "expected a unique name, found \"" + printable(first->first) +
+                              "\" again, first used in line " + std::to_string(first->second.line)});
     }
   }
 }

@@ -36,9 +36,7 @@ void check_back_off(const CheckedTable& em, const PipelineSettings& settings, Pr
   }
 }
 
-EstimatorMode mode_of(const std::string& word) {
-  return mode_named(word).value_or(EstimatorMode::kJoint);
-}
+EstimatorMode mode_of(const std::string& word) { return mode_named(word).value_or(EstimatorMode::kJoint); }
 
 // Images are half of the joint mode: without a camera it would be the em mode under another name.
 void check_mode(const CheckedTable& file, const CheckedTable& decides, EstimatorMode mode,

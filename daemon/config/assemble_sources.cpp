@@ -32,7 +32,8 @@ const char* name_of_origin(Origin origin) {
   return "real";
 }
 
-void warn_of_mixed_origins(const CheckedTable& file, const std::vector<DriverDescription>& available, Problems& found) {
+void warn_of_mixed_origins(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                           Problems& found) {
   const CheckedTable& em = file.one("em");
   const DriverDescription* em_driver = find_driver(available, em.get<std::string>("driver"));
   for (const CheckedTable& camera : file.many("camera")) {
@@ -40,7 +41,8 @@ void warn_of_mixed_origins(const CheckedTable& file, const std::vector<DriverDes
     if (driver != nullptr && em_driver != nullptr && driver->origin != em_driver->origin) {
       found.push_back({camera.at("driver").position, camera.path_of("driver"),
                        std::string(name_of_origin(driver->origin)) + " images beside " +
-                           name_of_origin(em_driver->origin) + " EM measurements: every estimate will say so"});
+                           name_of_origin(em_driver->origin) +
+                           " EM measurements: every estimate will say so"});
     }
   }
 }
@@ -53,14 +55,16 @@ void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
       const auto sensor = coil.get<std::int64_t>("sensor");
       const auto [first, is_new] = user.emplace(sensor, instrument.get<std::string>("id"));
       if (!is_new && first->second != instrument.get<std::string>("id")) {
-        found.push_back({coil.at("sensor").position, coil.path_of("sensor"),
-                         "sensor " + std::to_string(sensor) + " belongs to instrument \"" + first->second + "\" too"});
+        found.push_back(
+            {coil.at("sensor").position, coil.path_of("sensor"),
+             "sensor " + std::to_string(sensor) + " belongs to instrument \"" + first->second + "\" too"});
       }
     }
   }
 }
 
-void warn_of_unused_tables(const CheckedTable& file, const std::vector<DriverDescription>& available, Problems& found) {
+void warn_of_unused_tables(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                           Problems& found) {
   std::set<std::string> used{file.one("em").get<std::string>("driver")};
   for (const CheckedTable& camera : file.many("camera")) {
     used.insert(camera.get<std::string>("driver"));
@@ -89,7 +93,8 @@ SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
   for (const SettingDescription& setting : driver->settings) {
     const CheckedValue& value = table.at(setting.name);
     if (value.state == ValueState::kAbsent) {
-      problems.push_back({table.given ? table.position : owner.at("driver").position, table.path_of(setting.name),
+      problems.push_back({table.given ? table.position : owner.at("driver").position,
+                          table.path_of(setting.name),
                           "missing, " + owner.path_of("driver") + " = \"" + driver->name + "\" requires it"});
     }
     values.emplace(setting.name, setting_value(value.value));

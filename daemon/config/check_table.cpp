@@ -25,7 +25,9 @@ std::string header_path(const std::string& path) {
   return header;
 }
 
-std::string joined(const std::string& path, const std::string& name) { return path.empty() ? name : path + "." + name; }
+std::string joined(const std::string& path, const std::string& name) {
+  return path.empty() ? name : path + "." + name;
+}
 
 class FileCheck {
  public:
@@ -33,7 +35,8 @@ class FileCheck {
       : schema_(schema), problems_(problems) {}
 
   CheckedTable table(const toml::table& node, const TableDescription& description, const std::string& path) {
-    CheckedTable checked{.path = path, .position = position_of(node), .given = true, .values = {}, .tables = {}};
+    CheckedTable checked{
+        .path = path, .position = position_of(node), .given = true, .values = {}, .tables = {}};
     report_unknown(node, description, path);
     for (const KeyDescription& key : description.keys) {
       checked.values.emplace(key.name, value(node, key, checked, description));
@@ -69,39 +72,45 @@ class FileCheck {
     return inner.shape == TableShape::kOne ? one(node, inner, outer) : many(node, inner, outer);
   }
 
-  std::vector<CheckedTable> one(const toml::node* node, const TableDescription& inner, const CheckedTable& outer) {
+  std::vector<CheckedTable> one(const toml::node* node, const TableDescription& inner,
+                                const CheckedTable& outer) {
     const std::string path = outer.path_of(inner.name);
     if (node != nullptr && node->is_table()) {
       return {table(*node->as_table(), inner, path)};
     }
     if (node != nullptr) {
-      add(position_of(*node), path, "expected the table [" + header_path(path) + "], found " + found_text(*node));
+      add(position_of(*node), path,
+          "expected the table [" + header_path(path) + "], found " + found_text(*node));
     } else if (inner.minimum_count > 0) {
       add(outer.position, path, "missing, the table [" + header_path(path) + "] is required");
     }
     return {left_out(inner, path, outer.position)};
   }
 
-  std::vector<CheckedTable> many(const toml::node* node, const TableDescription& inner, const CheckedTable& outer) {
+  std::vector<CheckedTable> many(const toml::node* node, const TableDescription& inner,
+                                 const CheckedTable& outer) {
     const std::string path = outer.path_of(inner.name);
     const std::string header = "[[" + header_path(path) + "]]";
     const toml::array* array = node == nullptr ? nullptr : node->as_array();
     if (node != nullptr && array == nullptr) {
-      add(position_of(*node), path, "expected " + header + ", found " +
-                                        (node->is_table() ? "[" + header_path(path) + "]" : found_text(*node)));
+      add(position_of(*node), path,
+          "expected " + header + ", found " +
+              (node->is_table() ? "[" + header_path(path) + "]" : found_text(*node)));
       return {};
     }
     const std::size_t count = array == nullptr ? 0 : array->size();
     if (count < inner.minimum_count) {
-      add(outer.position, path, "missing, at least " + std::to_string(inner.minimum_count) + " " + header + " is required");
+      add(outer.position, path,
+          "missing, at least " + std::to_string(inner.minimum_count) + " " + header + " is required");
     }
     std::vector<CheckedTable> checked;
     for (std::size_t i = 0; i < count; ++i) {
-      const std::string item_path = path + "[" + std::to_string(i) + "]";
+      const std::string item_path = path + index_text(i);
       const toml::node& item = *array->get(i);
       if (i == inner.maximum_count) {
         add(position_of(item), item_path,
-            "expected at most " + std::to_string(inner.maximum_count) + " " + header + ", found " + std::to_string(count));
+            "expected at most " + std::to_string(inner.maximum_count) + " " + header + ", found " +
+                std::to_string(count));
         break;
       }
       if (!item.is_table()) {
@@ -117,7 +126,8 @@ class FileCheck {
   CheckedTable left_out(const TableDescription& description, const std::string& path, FilePosition position) {
     CheckedTable checked{.path = path, .position = position, .given = false, .values = {}, .tables = {}};
     for (const KeyDescription& key : description.keys) {
-      const ValueState state = key.presence == Presence::kDefault ? ValueState::kDefault : ValueState::kAbsent;
+      const ValueState state =
+          key.presence == Presence::kDefault ? ValueState::kDefault : ValueState::kAbsent;
       checked.values.emplace(key.name, CheckedValue{key.default_value, state, position});
     }
     for (const TableDescription& inner : description.tables) {
@@ -145,8 +155,8 @@ class FileCheck {
     }
   }
 
-  void report_unknown_word(const toml::key& key, const toml::node& value, const std::vector<std::string>& known,
-                           const std::string& path) {
+  void report_unknown_word(const toml::key& key, const toml::node& value,
+                           const std::vector<std::string>& known, const std::string& path) {
     const std::string name(key.str());
     const bool is_table = value.is_table() || value.is_array_of_tables();
     std::string advice = suggestion(name, known);
@@ -160,7 +170,8 @@ class FileCheck {
   }
 
   // Which table has a key of that name; empty when none has.
-  static std::string home_of(const std::string& name, const TableDescription& table, const std::string& dotted) {
+  static std::string home_of(const std::string& name, const TableDescription& table,
+                             const std::string& dotted) {
     for (const KeyDescription& key : table.keys) {
       if (key.name == name) {
         return bracketed(table, dotted);

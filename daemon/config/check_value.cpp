@@ -35,7 +35,9 @@ class ValueCheck {
     return wrong(node, "expected " + expectation(key_) + ", found " + found_text(node), where);
   }
 
-  [[nodiscard]] bool in_range(double number) const { return number >= key_.minimum && number <= key_.maximum; }
+  [[nodiscard]] bool in_range(double number) const {
+    return number >= key_.minimum && number <= key_.maximum;
+  }
 
   std::optional<std::int64_t> integer(const toml::node& node, const std::string& where = "") {
     const auto number = node.value_exact<std::int64_t>();
@@ -93,7 +95,8 @@ class ValueCheck {
     if (std::find(key_.reserved.begin(), key_.reserved.end(), word) != key_.reserved.end()) {
       return wrong(node, found_text(node) + " is not in this version; use " + expectation(key_));
     }
-    return wrong(node, "expected " + expectation(key_) + ", found " + found_text(node) + suggestion(word, key_.choices));
+    return wrong(node, "expected " + expectation(key_) + ", found " + found_text(node) +
+                           suggestion(word, key_.choices));
   }
 
   // Why a free text cannot be taken; empty when it can.
@@ -109,11 +112,13 @@ class ValueCheck {
     if (std::any_of(text.begin(), text.end(), is_control)) {
       return "expected printable characters only";
     }
-    if (rule.ascii_only && std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) > 0x7E; })) {
+    if (rule.ascii_only &&
+        std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) > 0x7E; })) {
       return "expected printable ASCII characters only";
     }
     const auto forbidden = text.find_first_of(rule.forbidden);
-    return forbidden == std::string::npos ? "" : std::string("expected a text without '") + text[forbidden] + "'";
+    return forbidden == std::string::npos ? ""
+                                          : std::string("expected a text without '") + text[forbidden] + "'";
   }
 
   template <typename T, typename ReadItem>
@@ -124,7 +129,7 @@ class ValueCheck {
     }
     std::vector<T> items;
     for (std::size_t i = 0; i < array->size(); ++i) {
-      if (const auto item = read_item(*array->get(i), "[" + std::to_string(i) + "]")) {
+      if (const auto item = read_item(*array->get(i), index_text(i))) {
         items.push_back(*item);
       }
     }
@@ -135,12 +140,14 @@ class ValueCheck {
   }
 
   Outcome read(const toml::node& node, const std::vector<std::int64_t>&) {
-    const auto items = list<std::int64_t>(node, [this](const toml::node& item, const std::string& where) { return integer(item, where); });
+    const auto items = list<std::int64_t>(
+        node, [this](const toml::node& item, const std::string& where) { return integer(item, where); });
     return items ? Outcome(*items) : std::nullopt;
   }
 
   Outcome read(const toml::node& node, const std::vector<double>&) {
-    const auto items = list<double>(node, [this](const toml::node& item, const std::string& where) { return real(item, where); });
+    const auto items = list<double>(
+        node, [this](const toml::node& item, const std::string& where) { return real(item, where); });
     return items ? Outcome(*items) : std::nullopt;
   }
 
@@ -158,7 +165,7 @@ class ValueCheck {
   }
 
   bool read_row(const toml::node& node, std::size_t i, Eigen::Matrix4d& matrix) {
-    const std::string where = "[" + std::to_string(i) + "]";
+    const std::string where = index_text(i);
     const toml::array* row = node.as_array();
     if (row == nullptr || row->size() != 4) {
       unexpected(node, where);
@@ -166,7 +173,7 @@ class ValueCheck {
     }
     bool sound = true;
     for (std::size_t j = 0; j < 4; ++j) {
-      const auto number = real(*row->get(j), where + "[" + std::to_string(j) + "]");
+      const auto number = real(*row->get(j), where + index_text(j));
       sound = number.has_value() && sound;
       matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = number.value_or(0);
     }
@@ -183,7 +190,8 @@ class ValueCheck {
 CheckedValue check_value(const toml::node& node, const KeyDescription& key, const std::string& path,
                          std::vector<ConfigurationProblem>& problems) {
   const auto value = ValueCheck(key, path, problems).value(node);
-  return {value.value_or(key.default_value), value ? ValueState::kGiven : ValueState::kFaulty, position_of(node)};
+  return {value.value_or(key.default_value), value ? ValueState::kGiven : ValueState::kFaulty,
+          position_of(node)};
 }
 
 FilePosition position_of(const toml::node& node) {
@@ -194,6 +202,13 @@ FilePosition position_of(const toml::node& node) {
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
   const auto nearest = near_miss(word, candidates);
   return nearest ? "; did you mean " + *nearest + "?" : "";
+}
+
+std::string index_text(std::size_t index) {
+  std::string text("[");
+  text += std::to_string(index);
+  text += ']';
+  return text;
 }
 
 std::string printable(std::string_view text) {

@@ -28,8 +28,8 @@ struct CheckedValue {
   FilePosition position;  ///< of the value; of the table when it is not in the file
 };
 
-/// Always complete: every key and table of its description is there. A key or table that is not described is a bug and
-/// throws std::out_of_range, a wrong type std::bad_variant_access.
+/// Always complete: every key and table of its description is there. A key or table that is not described is
+/// a bug and throws std::out_of_range, a wrong type std::bad_variant_access.
 class CheckedTable {
  public:
   std::string path;       ///< "camera[1]"
@@ -50,9 +50,13 @@ class CheckedTable {
     return at(key).state == ValueState::kGiven || at(key).state == ValueState::kDefault;
   }
   [[nodiscard]] const CheckedTable& one(const std::string& table) const { return tables.at(table).at(0); }
-  [[nodiscard]] const std::vector<CheckedTable>& many(const std::string& table) const { return tables.at(table); }
+  [[nodiscard]] const std::vector<CheckedTable>& many(const std::string& table) const {
+    return tables.at(table);
+  }
   /// The dotted path of a key of this table.
-  [[nodiscard]] std::string path_of(const std::string& key) const { return path.empty() ? key : path + "." + key; }
+  [[nodiscard]] std::string path_of(const std::string& key) const {
+    return path.empty() ? key : path + "." + key;
+  }
 };
 
 /// Holds a parsed file against `schema` and adds what is wrong to `problems`.
@@ -70,6 +74,9 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 
 /// What stands in the file, short enough for a message and safe on a terminal: 31.5, "lo", a table.
 std::string found_text(const toml::node& node);
+
+/// "[3]", as it follows the name of a list.
+std::string index_text(std::size_t index);
 
 /// At most 60 bytes of `text`, control characters replaced by '?'.
 std::string printable(std::string_view text);

@@ -26,11 +26,12 @@ std::string all_lines(const std::string& file, const std::vector<ConfigurationPr
 }  // namespace
 
 std::string to_line(const std::string& file, const ConfigurationProblem& problem) {
-  return file + ":" + std::to_string(problem.position.line) + ":" + std::to_string(problem.position.column) + ": " +
-         (problem.key.empty() ? "" : problem.key + ": ") + problem.message;
+  return file + ":" + std::to_string(problem.position.line) + ":" + std::to_string(problem.position.column) +
+         ": " + (problem.key.empty() ? "" : problem.key + ": ") + problem.message;
 }
 
 ConfigurationError::ConfigurationError(const std::string& file, std::vector<ConfigurationProblem> problems)
-    : std::runtime_error(all_lines(file, in_file_order(problems))), problems_(in_file_order(std::move(problems))) {}
+    : std::runtime_error(all_lines(file, in_file_order(problems))),
+      problems_(in_file_order(std::move(problems))) {}
 
 }  // namespace tubed

@@ -16,7 +16,7 @@ struct FilePosition {
 /// One thing that is wrong, or worth a warning.
 struct ConfigurationProblem {
   FilePosition position;
-  std::string key;      ///< dotted, arrays count from 0: "camera[1].fx"; empty when the file as a whole is meant
+  std::string key;  ///< dotted, arrays count from 0: "camera[1].fx"; empty when the file as a whole is meant
   std::string message;  ///< what was expected, what was found, what was perhaps meant
 };
 

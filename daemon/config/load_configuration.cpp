@@ -45,13 +45,6 @@ toml::table parse(std::string_view text, const std::string& file) {
   }
 }
 
-void throw_if_any(Problems problems, const std::filesystem::path& file) {
-  // A driver that several sources use is asked for its missing keys by each of them.
-  if (!problems.empty()) {
-    throw ConfigurationError(file.string(), std::move(problems));
-  }
-}
-
 const DriverDescription& chosen(const SourceChoice& choice, const std::vector<DriverDescription>& available) {
   const DriverDescription* driver = find_driver(available, choice.driver);
   if (driver == nullptr) {
@@ -66,7 +59,8 @@ SourceContext context_of(const Configuration& configuration, const SourceChoice&
 
 }  // namespace
 
-Configuration load_configuration(const std::filesystem::path& file, const std::vector<DriverDescription>& available) {
+Configuration load_configuration(const std::filesystem::path& file,
+                                 const std::vector<DriverDescription>& available) {
   return parse_configuration(read_text(file), file, available);
 }
 
@@ -91,7 +85,9 @@ Configuration parse_configuration(std::string_view text, const std::filesystem::
   for (const CheckedTable& camera : checked.many("camera")) {
     configuration.image_sources.push_back(source_choice(checked, camera, available, problems));
   }
-  throw_if_any(std::move(problems), file);
+  if (!problems.empty()) {
+    throw ConfigurationError(file.string(), std::move(problems));
+  }
   for (const ConfigurationProblem& warning : warnings(checked, available)) {
     configuration.warnings.push_back(to_line(file.string(), warning));
   }

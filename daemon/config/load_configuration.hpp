@@ -12,9 +12,10 @@
 
 namespace tubed {
 
-/// Reads and checks `file`. Throws ConfigurationError with everything that was found wrong: a file that cannot be read,
-/// a TOML syntax error (then only that), unknown keys, tables and words, wrong types, values out of range, missing
-/// keys, combinations that cannot work. `available` says which drivers, and so which driver tables and keys, exist.
+/// Reads and checks `file`. Throws ConfigurationError with everything that was found wrong: a file that
+/// cannot be read, a TOML syntax error (then only that), unknown keys, tables and words, wrong types, values
+/// out of range, missing keys, combinations that cannot work. `available` says which drivers, and so which
+/// driver tables and keys, exist.
 Configuration load_configuration(const std::filesystem::path& file,
                                  const std::vector<DriverDescription>& available = drivers());
 
@@ -22,8 +23,8 @@ Configuration load_configuration(const std::filesystem::path& file,
 Configuration parse_configuration(std::string_view text, const std::filesystem::path& file,
                                   const std::vector<DriverDescription>& available = drivers());
 
-/// The sources a configuration asks for, not opened yet. `camera`: index in room.cameras. `configuration` has to
-/// outlive them.
+/// The sources a configuration asks for, not opened yet. `camera`: index in room.cameras. `configuration` has
+/// to outlive them.
 std::unique_ptr<EmSource> make_em_source(const Configuration& configuration,
                                          const std::vector<DriverDescription>& available = drivers());
 std::unique_ptr<ImageSource> make_image_source(const Configuration& configuration, int camera,

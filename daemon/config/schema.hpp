@@ -1,5 +1,5 @@
-// Every table and key of the configuration file, described once. Checks, defaults, messages, the sample file and the
-// documentation all come from these rows.
+// Every table and key of the configuration file, described once. Checks, defaults, messages, the sample file
+// and the documentation all come from these rows.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,7 +37,7 @@ struct KeyDescription {
   std::string name{};
   ConfigurationValue default_value{};  ///< an empty value of the type when there is no default
   Presence presence = Presence::kDefault;
-  std::string unit{};  ///< "mm", "px", ...; empty = none
+  std::string unit{};                                         ///< "mm", "px", ...; empty = none
   double minimum = -std::numeric_limits<double>::infinity();  ///< of a number, or of each number of a list
   double maximum = std::numeric_limits<double>::infinity();
   std::size_t minimum_count = 0;  ///< of the numbers of a list
@@ -61,7 +61,8 @@ struct TableDescription {
   std::string meaning{};
   std::vector<KeyDescription> keys{};
   std::vector<TableDescription> tables{};
-  bool only_when_used = false;  ///< required keys may be missing (a driver's table without a source that uses it)
+  bool only_when_used =
+      false;  ///< required keys may be missing (a driver's table without a source that uses it)
 };
 
 /// The file as a whole: a table without a name. The tables of `available` drivers are part of it.

@@ -17,7 +17,8 @@ std::string shortest(double value) {
 }
 
 std::string plain_number(double value) {
-  return value == std::floor(value) && std::abs(value) < 1e6 ? std::to_string(static_cast<long>(value)) : shortest(value);
+  return value == std::floor(value) && std::abs(value) < 1e6 ? std::to_string(static_cast<long>(value))
+                                                             : shortest(value);
 }
 
 std::string real_text(double value) {
@@ -92,7 +93,8 @@ struct Expectation {
   std::string operator()(std::int64_t) const { return "an integer" + range_text(key); }
   std::string operator()(double) const { return "a real number" + range_text(key); }
   std::string operator()(const std::string&) const {
-    return key.choices.empty() ? "a text in quotation marks" : choice_text(key.choices) + ", in quotation marks";
+    return key.choices.empty() ? "a text in quotation marks"
+                               : choice_text(key.choices) + ", in quotation marks";
   }
   std::string operator()(const std::vector<std::int64_t>&) const {
     return "a list of " + count_text(key) + "integers" + ", each" + range_text(key);
@@ -101,7 +103,8 @@ struct Expectation {
     return "a list of " + count_text(key) + "real numbers, each" + range_text(key);
   }
   std::string operator()(const Eigen::Matrix4d&) const {
-    return "four rows of four real numbers, [[r, r, r, t], [r, r, r, t], [r, r, r, t], [0, 0, 0, 1]], t in mm";
+    return "four rows of four real numbers, [[r, r, r, t], [r, r, r, t], [r, r, r, t], [0, 0, 0, 1]], t in "
+           "mm";
   }
 };
 

@@ -5,20 +5,50 @@
 
 namespace tubed {
 
+namespace {
+
+/// The settings with the path under `key` made relative to the file that names it, wherever the daemon was
+/// started. An empty path stays empty.
+DriverSettings with_resolved_path(const SourceContext& context, const std::string& key) {
+  const std::filesystem::path path = context.settings.get<std::string>(key);
+  if (path.empty()) {
+    return context.settings;
+  }
+  return context.settings.with(key, (context.configuration_folder / path).lexically_normal().string());
+}
+
+DriverDescription replay() {
+  return {"replay",
+          "a sequence folder played back in real time",
+          Origin::kReplayed,
+          replay_settings(),
+          [](const SourceContext& context) {
+            return make_replay_em_source(context.room, with_resolved_path(context, "folder"));
+          },
+          [](const SourceContext& context, int camera_index) {
+            return make_replay_image_source(context.room, with_resolved_path(context, "folder"),
+                                            camera_index);
+          }};
+}
+
+DriverDescription simulation() {
+  return {"simulation",
+          "a catheter in an aortic arch, without any hardware",
+          Origin::kSimulated,
+          simulation_settings(),
+          [](const SourceContext& context) {
+            return make_simulation_em_source(context.room, with_resolved_path(context, "control_folder"));
+          },
+          [](const SourceContext& context, int camera_index) {
+            return make_simulation_image_source(context.room, with_resolved_path(context, "control_folder"),
+                                                camera_index);
+          }};
+}
+
+}  // namespace
+
 const std::vector<DriverDescription>& drivers() {
-  static const std::vector<DriverDescription> all = {
-      {"replay", "a sequence folder played back in real time", Origin::kReplayed, replay_settings(),
-       [](const SourceContext& context) { return make_replay_em_source(context.room, context.settings); },
-       [](const SourceContext& context, int camera) {
-         return make_replay_image_source(context.room, context.settings, camera);
-       }},
-      {"simulation", "a catheter in an aortic arch, without any hardware", Origin::kSimulated,
-       simulation_settings(),
-       [](const SourceContext& context) { return make_simulation_em_source(context.room, context.settings); },
-       [](const SourceContext& context, int camera) {
-         return make_simulation_image_source(context.room, context.settings, camera);
-       }},
-  };
+  static const std::vector<DriverDescription> all = {replay(), simulation()};
   return all;
 }
 
