@@ -3,7 +3,8 @@
 namespace tubed {
 
 namespace {
-// An estimate made before a stall is history: the next one is at most a period away.
+// An estimate begun before a stall is history, also when it was finished afterwards: the process may have
+// been stopped in the middle of it. The next one is at most a period away.
 constexpr std::chrono::milliseconds kOldEstimate{150};
 }  // namespace
 
@@ -22,7 +23,7 @@ bool PublisherStage::publish_estimates(MonotonicTime now) {
       continue;
     }
     const TubeEstimate& estimate = estimates_[i]->front();
-    if (to_ns(now) - estimate.stamps.optimizer_finished_ns > std::chrono::nanoseconds(kOldEstimate).count()) {
+    if (to_ns(now) - estimate.stamps.optimizer_started_ns > std::chrono::nanoseconds(kOldEstimate).count()) {
       ++too_old_;
       continue;
     }

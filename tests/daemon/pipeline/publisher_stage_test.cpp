@@ -15,6 +15,7 @@ struct PublisherBench {
   }
   void estimate(Validity validity) {
     estimates.back().validity = validity;
+    estimates.back().stamps.optimizer_started_ns = to_ns(clock.now());
     estimates.back().stamps.optimizer_finished_ns = to_ns(clock.now());
     estimates.publish();
   }
@@ -44,6 +45,16 @@ TEST(PublisherStage, AnEstimateFromBeforeAStallNeverLeaves) {
   StageReport report;
   bench.stage.describe(report);
   EXPECT_EQ(report.dropped, 1U);
+}
+
+TEST(PublisherStage, AnEstimateThatAStallInterruptedNeverLeaves) {
+  PublisherBench bench;
+  bench.estimates.back().stamps.optimizer_started_ns = to_ns(bench.clock.now());
+  bench.clock.advance(std::chrono::seconds(3));
+  bench.estimates.back().stamps.optimizer_finished_ns = to_ns(bench.clock.now());
+  bench.estimates.publish();
+  bench.stage.step(bench.clock);
+  EXPECT_TRUE(bench.outlet.estimates.empty());
 }
 
 TEST(PublisherStage, AllEmMeasurementsLeaveInOrder) {
