@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/image_patience.hpp"
 #include "daemon/image/frangi.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "drivers/replay/sequence_image.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 // Sequence time starts at 0, and 0 ns means "never" in an observation.
 constexpr std::int64_t kStart_ns = 1'000'000'000;
+constexpr std::chrono::milliseconds kMostPatience{500};
 
 MonotonicTime at(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9)); }
 
@@ -89,6 +91,7 @@ void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, co
   const auto estimate = std::make_unique<TubeEstimate>();
   auto next_em = sequence.measurements.begin();
   MonotonicTime newest_image{};
+  ImagePatience patience;
   for (const SequenceInstant& instant : instants_of(sequence)) {
     for (; next_em != sequence.measurements.end() && next_em->t_s <= instant.t_s; ++next_em) {
       history->add(em_frame_of(*next_em));
@@ -109,6 +112,8 @@ void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, co
       }
     }
     observation.newest_image = newest_image;
+    patience.saw_instant(observation.instant);
+    observation.image_patience = patience.patience(kMostPatience);
     estimate->sequence_number += 1;
     estimator->estimate(observation, *estimate);
     on_estimate(instant, *estimate);

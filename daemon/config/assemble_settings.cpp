@@ -58,6 +58,7 @@ PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems)
   settings.tick_grace_ms = daemon.get<double>("tick_grace_ms");
   settings.reconnect_first_ms = em.get<double>("reconnect_first_ms");
   settings.reconnect_last_ms = em.get<double>("reconnect_last_ms");
+  settings.image_stale_ms = file.one("estimator").get<double>("image_stale_ms");
   settings.scheduling_optional = realtime.get<std::string>("scheduling") == "optional";
   settings.em_acquisition = thread_settings(realtime.one("em_acquisition"));
   settings.image_grab = thread_settings(realtime.one("image_grab"));
@@ -101,7 +102,6 @@ std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Prob
   defaults.image_temper = table.get<double>("image_temper");
   defaults.em_stale_ms = table.get<double>("em_stale_ms");
   defaults.em_stuck_ms = table.get<double>("em_stuck_ms");
-  defaults.image_stale_ms = table.get<double>("image_stale_ms");
   defaults.iterations = as_int(table.get<std::int64_t>("iterations"));
   std::vector<EstimatorSettings> estimators;
   bool common_mode_used = false;

@@ -22,6 +22,8 @@ struct Observation {
   std::array<const ImageMeasurement*, kMaxCameras> images{};
   /// Newest instant at which any camera delivered pixels that were measured; zero = never.
   MonotonicTime newest_image{};
+  /// Images older than this are stale.
+  std::chrono::nanoseconds image_patience{0};
   bool fluoroscopy_off = false;  ///< the newest word of the image sources: no radiation
   bool image_rejected = false;   ///< the newest image was refused
 };

@@ -26,11 +26,10 @@ struct EstimatorSettings {
   double bending_q_per_mm = 7e-4;       ///< expected curvature density: sigma^2 of zeta'' times mm
   double sigma_image_px = 0.5;          ///< of one correspondence line's offset, beside its own variance
   double image_search_px = 14;          ///< half length of the correspondence lines
-  double image_temper = 6;      ///< pixels are not independent: variance of the image is multiplied by this
-  double em_stale_ms = 150;     ///< age of the newest EM measurement from which on EM_STALE is said
-  double em_stuck_ms = 150;     ///< bit-equal values for as long are EM_STUCK
-  double image_stale_ms = 120;  ///< without any image for as long is IMAGE_STALE
-  int iterations = 8;           ///< at most, of Gauss-Newton
+  double image_temper = 6;   ///< pixels are not independent: variance of the image is multiplied by this
+  double em_stale_ms = 150;  ///< age of the newest EM measurement from which on EM_STALE is said
+  double em_stuck_ms = 150;  ///< bit-equal values for as long are EM_STUCK
+  int iterations = 8;        ///< at most, of Gauss-Newton
 };
 
 }  // namespace tubed

@@ -102,7 +102,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {true, registered_, converged_, settings_.image_stale_ms}, estimate);
+  judge(observation, coils, {true, registered_, converged_}, estimate);
 }
 
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
@@ -224,7 +224,7 @@ void RecursiveEstimator::update_image(const Observation& observation, TubeEstima
   bool looked = false;
   for (const int reach : kReaches_px) {
     looked = views_.measure(observation, map_.spline(), C_, reach, estimate);
-    const auto lines = views_.constraints(observation.instant, kImageVarianceFactor, true);
+    const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;
     }
@@ -232,7 +232,7 @@ void RecursiveEstimator::update_image(const Observation& observation, TubeEstima
         map_.refine(CoilObservations{}, lines, &prior_, kUpdateIterations, C_, converged_));
   }
   converged_ = true;
-  const auto lines = views_.constraints(observation.instant, kImageVarianceFactor, true);
+  const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
   has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, C_);
   if (has_covariance_) {
     P_ = map_.coefficient_covariance();

@@ -55,7 +55,7 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
   if (observation.image_rejected) {
     estimate.reasons.add(Reason::kImageRejected);
     doubtful = true;
-  } else if (seconds_between(observation.newest_image, observation.now) * 1e3 > findings.image_stale_ms) {
+  } else if (observation.now - observation.newest_image > observation.image_patience) {
     estimate.reasons.add(Reason::kImageStale);
     doubtful = true;
   }

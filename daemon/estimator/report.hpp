@@ -21,7 +21,6 @@ struct Findings {
   bool uses_images = false;  ///< of the mode
   bool registered = true;
   bool converged = true;
-  double image_stale_ms = 0;
 };
 
 /// Clears what each estimate begins with: reasons, image figures, iterations.

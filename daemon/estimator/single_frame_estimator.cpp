@@ -41,8 +41,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils,
-        {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(), settings_.image_stale_ms},
+  judge(observation, coils, {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged()},
         estimate);
 }
 

@@ -70,7 +70,7 @@ void SingleFrameSolver::fuse_images(const Observation& observation, const CoilOb
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
     const bool looked = views.measure(observation, map_.spline(), C_, reach, estimate);
-    const auto lines = views.constraints(observation.instant, 1, false);
+    const auto lines = views.constraints(observation, 1, false);
     if (lines.empty()) {
       return;
     }
@@ -84,7 +84,7 @@ void SingleFrameSolver::fuse_images(const Observation& observation, const CoilOb
 
 bool SingleFrameSolver::invert(const Observation& observation, const CoilObservations& coils,
                                TubeViews& views) {
-  return map_.invert_at(coils, views.constraints(observation.instant, 1, false), nullptr, C_);
+  return map_.invert_at(coils, views.constraints(observation, 1, false), nullptr, C_);
 }
 
 }  // namespace tubed

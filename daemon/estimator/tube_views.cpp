@@ -92,12 +92,13 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   }
 }
 
-std::span<const ViewConstraints> TubeViews::constraints(MonotonicTime instant, double variance_factor,
-                                                        bool only_of_instant) {
+std::span<const ViewConstraints> TubeViews::constraints(const Observation& observation,
+                                                        double variance_factor, bool only_of_instant) {
   std::size_t gathered = 0;
   for (View& view : views_) {
-    const double age_s = std::abs(seconds_between(view.exposure, instant));
-    if (view.count == 0 || to_ns(view.exposure) == 0 || age_s * 1e3 > settings_.image_stale_ms ||
+    const double age_s = std::abs(seconds_between(view.exposure, observation.instant));
+    if (view.count == 0 || to_ns(view.exposure) == 0 ||
+        age_s > std::chrono::duration<double>(observation.image_patience).count() ||
         (only_of_instant && age_s > 0.002)) {
       continue;
     }

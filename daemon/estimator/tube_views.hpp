@@ -23,10 +23,11 @@ class TubeViews {
   bool measure(const Observation& observation, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
                int reach_px, TubeEstimate& estimate);
 
-  /// The kept lines for a solver at `instant`, one element a view that has any: those of an image of that
+  /// The kept lines for a solver, one element a view that has any: those of an image of that
   /// instant as measured, older ones worth less by the way the tube may have gone since, none older than
-  /// image_stale_ms. `only_of_instant`: no older ones at all. Valid until the next call of anything here.
-  std::span<const ViewConstraints> constraints(MonotonicTime instant, double variance_factor,
+  /// observation.image_patience. `only_of_instant`: no older ones at all. Valid until the next call of
+  /// anything here.
+  std::span<const ViewConstraints> constraints(const Observation& observation, double variance_factor,
                                                bool only_of_instant);
 
   /// Exposure of the newest image that lines were kept of; zero: none.

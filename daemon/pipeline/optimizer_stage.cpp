@@ -32,6 +32,7 @@ OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimator
       publisher_bell_(publisher_bell),
       period_(from_ms(1000.0 / settings.rate_hz)),
       schedule_(period_, from_ms(settings.tick_grace_ms)),
+      most_patience_(from_ms(settings.image_stale_ms)),
       sequence_numbers_(estimators_.size(), 0) {}
 
 void OptimizerStage::wait(const Clock& clock) noexcept {
@@ -84,6 +85,7 @@ void OptimizerStage::take_images(MonotonicTime now) noexcept {
       continue;
     }
     state.unused = true;
+    patience_.saw_instant(image.exposure);
     state.newest = image.exposure;
     state.state = image.state;
     state.seen_any = true;
@@ -124,6 +126,7 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
   observation.now = now;
   observation.is_image_instant = is_image_instant;
   observation.em = &em_;
+  observation.image_patience = patience_.patience(most_patience_);
   MonotonicTime newest{};
   for (std::size_t i = 0; i < states_.size(); ++i) {
     CameraState& state = states_[i];

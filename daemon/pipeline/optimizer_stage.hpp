@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/image_patience.hpp"
 #include "daemon/pipeline/em_acquisition_stage.hpp"
 #include "daemon/pipeline/tick_schedule.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
@@ -58,6 +59,8 @@ class OptimizerStage final : public Stage {
   std::chrono::nanoseconds period_;
   TickSchedule schedule_;
   EmHistory em_;
+  ImagePatience patience_;
+  std::chrono::nanoseconds most_patience_;
   EmFrame incoming_;
   std::vector<std::uint64_t> sequence_numbers_;
   std::uint64_t outputs_ = 0;

@@ -110,7 +110,7 @@ void copy_camera(const CameraIdentityValues& camera, tubed_CameraIdentity& wire)
 
 void to_wire(const TubeEstimate& estimate, const ClockPair& now, tubed_TubeEstimate& wire) {
   wire.sequence_number = estimate.sequence_number;
-  wire.valid_time_ns = now.to_realtime_ns(estimate.valid_time_ns);
+  wire.valid_time_ns = estimate.valid_time_ns == 0 ? 0 : now.to_realtime_ns(estimate.valid_time_ns);
   wire.valid_time_monotonic_ns = estimate.valid_time_ns;
   wire.publish_time_ns = now.realtime_ns;
   wire.validity = static_cast<std::uint32_t>(estimate.validity);

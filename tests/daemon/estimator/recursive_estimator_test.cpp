@@ -36,6 +36,7 @@ struct FilterBench {
       observation.images[0] = &image;
     }
     observation.newest_image = newest_image;
+    observation.image_patience = milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }

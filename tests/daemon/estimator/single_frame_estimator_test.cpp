@@ -42,6 +42,7 @@ struct EstimatorBench {
     observation.instant = observation.now = now;
     observation.em = history.get();
     observation.newest_image = newest_image;
+    observation.image_patience = milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }
@@ -53,6 +54,7 @@ struct EstimatorBench {
     observation.em = history.get();
     observation.images[0] = &measurement;
     observation.newest_image = newest_image = measurement.exposure;
+    observation.image_patience = milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }
