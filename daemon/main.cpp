@@ -12,6 +12,7 @@
 #include <iostream>
 
 #include "daemon/config/load_configuration.hpp"
+#include "daemon/config/sample_configuration.hpp"
 #include "daemon/dds_outlet.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 
@@ -89,11 +90,17 @@ int run(int argc, char** argv) {
   app.add_option_function<std::string>(
       "--check", [&](const std::string& name) { file = name, check_only = true; },
       "read and check a configuration, say what is wrong, and end");
+  bool print_sample = false;
+  app.add_flag("--sample", print_sample, "print a configuration with every key explained, and end");
   app.set_version_flag("--version", "tubed " TUBED_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
+  }
+  if (print_sample) {
+    std::cout << tubed::sample_configuration();
+    return 0;
   }
   try {
     const tubed::Configuration configuration = tubed::load_configuration(file);

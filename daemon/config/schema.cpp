@@ -114,7 +114,7 @@ TableDescription realtime_table() {
           .tables = {stage_table("em_acquisition", "the thread that reads the EM tracker"),
                      stage_table("image_grab", "the threads that read the fluoroscope, one a camera"),
                      stage_table("frangi", "the threads that filter images, one a camera"),
-                     stage_table("optimizer", "the threads that solve for the shape, one an instrument"),
+                     stage_table("optimizer", "the thread that solves for the shapes"),
                      stage_table("publisher", "the thread that publishes")}};
 }
 

@@ -1,0 +1,181 @@
+#include "daemon/config/load_configuration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "daemon/config/sample_configuration.hpp"
+#include "daemon/config/schema.hpp"
+
+namespace tubed {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kHere = fs::path(TUBED_SOURCE_DIR) / "tests/daemon/config";
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+const std::string& base() {
+  static const std::string text = content_of(kHere / "base.toml");
+  return text;
+}
+
+TEST(LoadConfiguration, AGoodFileBecomesWhatItSays) {
+  const Configuration configuration = load_configuration(kHere / "base.toml");
+  EXPECT_EQ(configuration.dds.partition, "room-1");
+  EXPECT_EQ(configuration.pipeline.rate_hz, 30);
+  ASSERT_EQ(configuration.room.cameras.size(), 1U);
+  EXPECT_EQ(configuration.room.cameras[0].fx, 2000);
+  EXPECT_EQ(configuration.room.cameras[0].T_camera_world.translation().z(), 1200);
+  ASSERT_EQ(configuration.room.instruments.size(), 1U);
+  EXPECT_EQ(configuration.room.instruments[0].coils[1].offset_from_tip_mm, 90);
+  EXPECT_EQ(configuration.estimators[0].mode, EstimatorMode::kJoint);
+  EXPECT_EQ(configuration.em_source.driver, "simulation");
+  EXPECT_EQ(configuration.em_source.settings.get<double>("lambda_mm"), 4.0);
+  EXPECT_TRUE(configuration.room.registered);
+}
+
+TEST(LoadConfiguration, WithoutARegistrationTheRoomIsNotRegistered) {
+  std::string text = base();
+  text.replace(text.find("T_world_em"), 10, "#");
+  EXPECT_FALSE(parse_configuration(text, "base.toml").room.registered);
+}
+
+TEST(LoadConfiguration, AnInstrumentsOwnModeGoesBeforeTheCommonOne) {
+  std::string text = base();
+  text.replace(text.find("diameter_mm"), 0, "mode = \"em\"\n");
+  EXPECT_EQ(parse_configuration(text, "base.toml").estimators[0].mode, EstimatorMode::kEm);
+}
+
+TEST(LoadConfiguration, TheDigestIsTheSha256OfTheFile) {
+  const fs::path file = fs::temp_directory_path() / "tubed-digest-test.toml";
+  std::ofstream(file) << base();
+  const std::string first = load_configuration(file).digest;
+  EXPECT_EQ(first.size(), 64U);
+  EXPECT_EQ(first, load_configuration(file).digest);
+  std::ofstream(file, std::ios::app) << "# one more line\n";
+  EXPECT_NE(first, load_configuration(file).digest);
+  fs::remove(file);
+}
+
+TEST(LoadConfiguration, AFileThatIsNotThereIsSaidByName) {
+  try {
+    load_configuration("/no/such/tubed.toml");
+    FAIL() << "was accepted";
+  } catch (const ConfigurationError& error) {
+    EXPECT_NE(std::string(error.what()).find("/no/such/tubed.toml"), std::string::npos);
+  }
+}
+
+TEST(LoadConfiguration, AllThatIsWrongIsSaidAtOnce) {
+  std::string text = base();
+  text.replace(text.find("rate_hz = 30.0"), 14, "rate_hz = 0");
+  text.replace(text.find("beta = 0.5"), 10, "betta = 0.5");
+  try {
+    parse_configuration(text, "base.toml");
+    FAIL() << "was accepted";
+  } catch (const ConfigurationError& error) {
+    EXPECT_EQ(error.problems().size(), 2U) << error.what();
+  }
+}
+
+TEST(SampleConfiguration, IsTheFileThatIsInstalled) {
+  EXPECT_EQ(content_of(fs::path(TUBED_SOURCE_DIR) / "systemd/tubed.toml"), sample_configuration())
+      << "make it anew: tubed --sample > systemd/tubed.toml";
+}
+
+TEST(SampleConfiguration, LoadsAndHasTheDefaultsOfTheSchema) {
+  const Configuration configuration = parse_configuration(sample_configuration(), "tubed.toml");
+  EXPECT_EQ(configuration.room.instruments[0].coils.size(), 5U);
+  EXPECT_EQ(configuration.estimators[0].sigma_position_mm, EstimatorSettings{}.sigma_position_mm);
+  EXPECT_EQ(configuration.pipeline.tick_grace_ms, PipelineSettings{}.tick_grace_ms);
+}
+
+void expect_all_keys(const TableDescription& table, const std::string& sample) {
+  for (const KeyDescription& key : table.keys) {
+    const bool given = sample.find("\n" + key.name + " = ") != std::string::npos;
+    const bool as_comment = sample.find("\n# " + key.name + " = ") != std::string::npos;
+    EXPECT_TRUE(given || as_comment) << table.name << "." << key.name;
+    EXPECT_NE(sample.find("# " + key.meaning), std::string::npos) << table.name << "." << key.name;
+  }
+  for (const TableDescription& inner : table.tables) {
+    expect_all_keys(inner, sample);
+  }
+}
+
+TEST(SampleConfiguration, ExplainsEveryKeyOfTheSchema) {
+  expect_all_keys(configuration_schema(drivers()), sample_configuration());
+}
+
+struct BadCase {
+  std::string find, replace, position, key, word;
+};
+
+std::string unescaped(const std::string& text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_escape = text[i] == '\\' && i + 1 < text.size();
+    plain += !is_escape ? text[i] : (text[i + 1] == 'n' ? '\n' : (text[i + 1] == 't' ? '\t' : text[i + 1]));
+    i += is_escape ? 1 : 0;
+  }
+  return plain;
+}
+
+std::vector<BadCase> bad_cases() {
+  std::vector<BadCase> cases;
+  std::ifstream file(kHere / "bad_configurations.tsv");
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') {
+      continue;
+    }
+    std::istringstream fields(line);
+    BadCase bad;
+    std::getline(fields, bad.find, '\t');
+    std::getline(fields, bad.replace, '\t');
+    std::getline(fields, bad.position, '\t');
+    std::getline(fields, bad.key, '\t');
+    std::getline(fields, bad.word, '\t');
+    bad.find = unescaped(bad.find);
+    bad.replace = unescaped(bad.replace);
+    cases.push_back(bad);
+  }
+  return cases;
+}
+
+TEST(BadConfigurations, ThereAreMoreThanAHundred) { EXPECT_GE(bad_cases().size(), 100U); }
+
+class BadConfiguration : public testing::TestWithParam<BadCase> {};
+
+TEST_P(BadConfiguration, IsRefusedWithItsPlaceItsKeyAndWhatWasExpected) {
+  const BadCase& bad = GetParam();
+  std::string text = base();
+  const std::size_t place = text.find(bad.find);
+  ASSERT_NE(place, std::string::npos) << "base.toml has no " << bad.find;
+  text.replace(place, bad.find.size(), bad.replace);
+  try {
+    parse_configuration(text, "bad.toml");
+    FAIL() << "was accepted: " << bad.replace;
+  } catch (const ConfigurationError& error) {
+    const std::string line = "bad.toml:" + bad.position + ": " + (bad.key == "-" ? "" : bad.key + ":");
+    const std::string said = error.what();
+    const std::size_t found = said.find(line);
+    ASSERT_NE(found, std::string::npos) << "expected " << line << "\nsaid " << said;
+    if (bad.word != "-") {
+      EXPECT_NE(said.find(bad.word, found), std::string::npos)
+          << "expected " << bad.word << "\nsaid " << said;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BadConfiguration, testing::ValuesIn(bad_cases()),
+                         [](const auto& which) { return "Number" + std::to_string(which.index + 1); });
+
+}  // namespace
+}  // namespace tubed
