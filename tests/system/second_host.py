@@ -40,11 +40,12 @@ class SecondHost:
         """Drops so many of 100 UDP packets on arrival: the sender does not learn of it."""
         if shutil.which("nft") is None:
             raise Skip("no nft to lose packets with: apt-get install nftables")
-        rules = ("table inet loss { chain arriving { type filter hook input priority 0; policy accept; "
-                 f"meta l4proto udp numgen random mod 100 < {percent} counter drop; }} }}")
+        rules = ("table inet loss {\nchain arriving {\ntype filter hook input priority 0; policy accept;\n"
+                 f"meta l4proto udp numgen random mod 100 < {percent} counter drop\n}}\n}}\n")
         try:
             run(*self.inside, "nft", "-f", "-", input=rules)
         except subprocess.CalledProcessError as refused:
+            check("syntax error" not in refused.stderr, refused.stderr)
             raise Skip(f"nftables cannot lose packets here: {refused.stderr.strip()}") from None
 
     def lost_packets(self):
@@ -79,14 +80,15 @@ def a_second_host_gets_30_hz(bed):
     check(share >= 0.99, f"{100 * share:.1f} % delivered although nothing is lost")
 
 
-def a_second_host_that_loses_5_percent_gets_95(bed):
+def a_second_host_that_loses_5_percent_of_packets_gets_98_percent_of_shapes(bed):
     samples, host = listen_from_second_host(bed, lose_percent=5)
     lost, share = host.lost_packets(), share_delivered(samples)
     say(f"{lost} UDP packets dropped; {100 * share:.1f} % of the numbers came ({len(samples)} samples, "
         f"{rate_hz(samples):.2f} Hz, longest gap {beds.longest_gap_ms(samples):.0f} ms)")
     # Five of 100 packets of three topics and more at over 100 packets a second, for 20 s.
     check(lost >= 30, f"only {lost} packets were dropped: this was no test")
-    check(share >= 0.95, f"{100 * share:.1f} % delivered, expected 95 %")
+    # 95 % would come if nothing were sent again; nearly all when what was lost is repaired before it is replaced.
+    check(share >= 0.98, f"{100 * share:.1f} % delivered, expected 98 %")
 
 
 def nothing_leaves_the_host_by_default(bed):
@@ -101,4 +103,5 @@ def nothing_leaves_the_host_by_default(bed):
 
 
 if __name__ == "__main__":
-    beds.main(a_second_host_gets_30_hz, a_second_host_that_loses_5_percent_gets_95, nothing_leaves_the_host_by_default)
+    beds.main(a_second_host_gets_30_hz, a_second_host_that_loses_5_percent_of_packets_gets_98_percent_of_shapes,
+              nothing_leaves_the_host_by_default)

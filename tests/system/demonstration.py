@@ -1,0 +1,44 @@
+"""tubectl demo: one command, no hardware."""
+import json
+
+import bed as beds
+from bed import check, say
+
+HOT = ("em", "grab-A", "frangi-A", "optimizer")
+
+
+def the_demonstration_shows_a_tracked_catheter(bed):
+    report_file = bed.folder / "out.json"
+    done = bed.tubectl("demo", "--headless", "12", "--json", str(report_file), timeout_s=40)
+    check(done.returncode == 0, f"tubectl demo exits {done.returncode}:\n{done.stderr}")
+    report = json.loads(report_file.read_text())
+    say(json.dumps({key: report.get(key) for key in ("rate_hz", "latency_ms", "rms_mm", "validity", "reasons", "lost")}))
+    check(29.5 <= report["rate_hz"] <= 30.5, f"rate {report['rate_hz']:.2f} Hz")
+    check(0 < report["latency_ms"]["p50"] <= report["latency_ms"]["p99"], f"latency {report['latency_ms']}")
+    for stage in ("image_source", "frangi", "optimizer", "dds"):
+        check(report["stages_ms"][stage]["p50"] >= 0, f"stage {stage}: {report['stages_ms'].get(stage)}")
+    rms = report["rms_mm"]
+    check(0 < rms["fused"] < rms["em"], f"RMS error fused {rms['fused']} mm, coils alone {rms['em']} mm")
+    check(report["validity"]["VALID"] >= 300, f"validity {report['validity']}")
+    check(report["reasons"]["DEMO_DATA"] >= report["samples"], "simulated shapes that do not say so")
+    if not report["allocations_per_frame"] and beds.TIME_FACTOR > 1:
+        say("allocations are not counted in a build with a sanitizer")
+        return
+    for stage in HOT:
+        check(report["allocations_per_frame"][stage] == 0, f"allocations {report['allocations_per_frame']}")
+    check(report["allocations_per_frame"]["publisher"] > 0, "the publisher's allocations are not counted")
+
+
+def the_demonstration_leaves_nothing_behind(bed):
+    """Its daemon and its folder end with it."""
+    before = {path.name for path in bed.folder.parent.glob("tubed-demo-*")}
+    done = bed.tubectl("demo", "--headless", "3", "--json", "-", timeout_s=30)
+    check(done.returncode == 0, f"tubectl demo exits {done.returncode}:\n{done.stderr}")
+    left = {path.name for path in bed.folder.parent.glob("tubed-demo-*")} - before
+    check(not left, f"folders are left: {left}")
+    sockets = [line for line in open("/proc/net/udp", encoding="ascii").read().splitlines()[1:]]
+    check(not sockets, f"somebody still listens in this network: {sockets}")
+
+
+if __name__ == "__main__":
+    beds.main(the_demonstration_shows_a_tracked_catheter, the_demonstration_leaves_nothing_behind)

@@ -1,0 +1,65 @@
+"""What the hot threads of a running daemon must not do: allocate, lock, throw."""
+import time
+
+import bed as beds
+from bed import Skip, check, say
+
+HOT = ("em", "grab-A", "frangi-A", "optimizer")
+COUNTED_S = 10
+
+
+def stages_of(health):
+    return {stage["name"]: stage for stage in health["stages"]}
+
+
+def hot_threads_neither_allocate_nor_lock_nor_throw(bed):
+    health = bed.subscribe("--topic", "health", "--instrument", "cath-1")
+    bed.tracked(bed.simulation((beds.Instrument("cath-1", 1), beds.Instrument("cath-2", 6))))
+    time.sleep(2)  # start-up: first images, first shapes
+    from_ns = time.monotonic_ns()
+    first = health.wait_for(lambda _: True, "TubeHealth", 3, from_ns)
+    last = health.wait_for(lambda _: True, "TubeHealth", COUNTED_S + 3, first.read_ns + int(COUNTED_S * 1e9))
+    before, after = stages_of(first.json), stages_of(last.json)
+    check(set(after) == {*HOT, "publisher"}, f"stages {sorted(after)}")
+    if not all(stage["allocations_counted"] for stage in after.values()):
+        if beds.TIME_FACTOR > 1:
+            raise Skip("a sanitizer owns the functions that are counted here; run it in a build without one")
+        raise beds.Failure(f"costs are not counted: {[(n, s['allocations_counted']) for n, s in after.items()]}")
+    grown = {name: {what: after[name][what] - before[name][what] for what in
+                    ("steps", "allocations", "locks", "exceptions", "refused")} for name in after}
+    for name, figures in grown.items():
+        say(f"{name:10} " + "  ".join(f"{what} {count}" for what, count in figures.items()))
+    for name in HOT:
+        check(grown[name]["steps"] >= 20 * COUNTED_S, f"{name} made only {grown[name]['steps']} steps in {COUNTED_S} s")
+        for what in ("allocations", "locks", "exceptions"):
+            check(grown[name][what] == 0, f"{name}: {grown[name][what]} {what} in {grown[name]['steps']} steps")
+    # The same counters do count: publishing allocates and locks in Cyclone.
+    for what in ("allocations", "locks"):
+        check(grown["publisher"][what] > 0, f"the publisher's {what} are 0: nothing is counted")
+
+
+def hot_threads_stay_clean_when_sources_fail(bed):
+    """Faults are handled by the hot threads too: a stall, a lost coil, a black image cost nothing either."""
+    health = bed.subscribe("--topic", "health")
+    bed.tracked()
+    time.sleep(2)
+    first = health.wait_for(lambda _: True, "TubeHealth", 3, time.monotonic_ns())
+    for source, command in (("image-A", "stall 0.7"), ("em", "lose-coil 3"), ("image-A", "black"), ("em", "stall 0.7"),
+                            ("image-A", "off"), ("em", "outlier 2 60"), ("em", "stuck")):
+        bed.fault(source, command)
+        time.sleep(0.9)
+        bed.fault(source, "clear")
+        time.sleep(0.2)
+    last = health.wait_for(lambda _: True, "TubeHealth", 3, time.monotonic_ns())
+    before, after = stages_of(first.json), stages_of(last.json)
+    if not after["em"]["allocations_counted"]:
+        check(beds.TIME_FACTOR > 1, "costs are not counted")
+        raise Skip("a sanitizer owns the functions that are counted here; run it in a build without one")
+    for name in HOT:
+        costs = {what: after[name][what] - before[name][what] for what in ("allocations", "locks", "exceptions")}
+        say(f"{name:10} {costs}")
+        check(not any(costs.values()), f"{name} while sources failed: {costs}")
+
+
+if __name__ == "__main__":
+    beds.main(hot_threads_neither_allocate_nor_lock_nor_throw, hot_threads_stay_clean_when_sources_fail)

@@ -1,0 +1,94 @@
+"""What the daemon refuses, and how it says so."""
+import pathlib
+import re
+import subprocess
+import time
+
+import bed as beds
+from bed import check, is_fused, say
+
+EXIT_UNAVAILABLE, EXIT_CONFIGURATION = 69, 78  # sysexits.h
+# Root without the right to real-time scheduling: neither the capability nor the limit.
+WITHOUT_RIGHT = ("setpriv", "--bounding-set=-sys_nice", "--inh-caps=-sys_nice")
+
+
+def asks_for_real_time(bed, scheduling):
+    return bed.simulation(head=f'[realtime]\nscheduling = "{scheduling}"\n[realtime.optimizer]\npriority = 60\n')
+
+
+def need_setpriv():
+    try:
+        refused = subprocess.run([*WITHOUT_RIGHT, "true"], capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        raise beds.Skip("no setpriv: apt-get install util-linux") from None
+    if refused.returncode != 0:
+        raise beds.Skip(f"setpriv cannot take a right away: {refused.stderr.strip()}")
+
+
+def refused_real_time_scheduling_is_an_error_when_required(bed):
+    need_setpriv()
+    daemon = bed.start_daemon(asks_for_real_time(bed, "required"), prefix=WITHOUT_RIGHT, limit_rtprio=0)
+    code = daemon.wait(5)
+    check(code == EXIT_UNAVAILABLE, f"exit code {code}, expected {EXIT_UNAVAILABLE}: {daemon.words()}")
+    line = daemon.words().splitlines()[-1]
+    say(line)
+    for word in ("optimizer", "SCHED_FIFO", "60", "refused", "RLIMIT_RTPRIO"):
+        check(word in line, f"the last line does not say {word}: {line}")
+
+
+def refused_real_time_scheduling_is_a_warning_when_optional(bed):
+    need_setpriv()
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(asks_for_real_time(bed, "optional"), prefix=WITHOUT_RIGHT, limit_rtprio=0)
+    subscriber.wait_for(is_fused, "VALID shape with an image", 10)
+    warnings = [line for line in daemon.words().splitlines() if "SCHED_FIFO" in line]
+    check(len(warnings) == 1 and " warning " in warnings[0], f"one warning expected: {warnings}")
+    say(warnings[0])
+
+
+def granted_real_time_scheduling_is_used(bed):
+    """The counterpart: who may, gets it, with exactly that priority in exactly that thread."""
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(asks_for_real_time(bed, "required"))
+    if daemon.process.poll() is not None or not comes_up(subscriber, daemon):
+        check("refused" in daemon.words(), f"the daemon did not come up: {daemon.words()}")
+        raise beds.Skip(f"this user may not use SCHED_FIFO here: {daemon.words().splitlines()[-1]}")
+    policies = {}
+    for task in pathlib.Path(f"/proc/{daemon.process.pid}/task").iterdir():
+        name = (task / "comm").read_text().strip()
+        fields = (task / "stat").read_text().rsplit(")", 1)[1].split()
+        policies[name] = (int(fields[38]), int(fields[37]))  # policy, rt_priority: proc(5), fields 41 and 40
+    say(f"{policies}")
+    check(policies["optimizer"] == (1, 60), f"the optimizer's policy and priority are {policies['optimizer']}, not FIFO, 60")
+    check(policies["frangi-A"][0] == 0, f"frangi-A was not asked to be real-time and is {policies['frangi-A']}")
+
+
+def comes_up(subscriber, daemon):
+    until = time.monotonic() + 10 * beds.TIME_FACTOR
+    while time.monotonic() < until and daemon.process.poll() is None:
+        if any(map(is_fused, subscriber.samples())):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def an_unknown_network_interface_is_an_error(bed):
+    daemon = bed.start_daemon(bed.simulation(interface="nosuch0"))
+    code = daemon.wait(10)
+    say(daemon.words().strip())
+    check(code == EXIT_UNAVAILABLE, f"exit code {code}, expected {EXIT_UNAVAILABLE}")
+    for word in ("nosuch0", "interface", "ip address"):
+        check(word in daemon.words(), f"the message does not say {word!r}")
+
+
+def a_missing_configuration_is_an_error(bed):
+    done = subprocess.run([bed.program("tubed"), "--config", "/nowhere/tubed.toml"], capture_output=True, text=True,
+                          check=False, timeout=20)
+    check(done.returncode == EXIT_CONFIGURATION, f"exit code {done.returncode}, expected {EXIT_CONFIGURATION}")
+    check("/nowhere/tubed.toml" in done.stderr, f"the message does not name the file: {done.stderr}")
+
+
+if __name__ == "__main__":
+    beds.main(refused_real_time_scheduling_is_an_error_when_required,
+              refused_real_time_scheduling_is_a_warning_when_optional, granted_real_time_scheduling_is_used,
+              an_unknown_network_interface_is_an_error, a_missing_configuration_is_an_error)
