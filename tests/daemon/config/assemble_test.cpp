@@ -1,0 +1,203 @@
+// That every key reaches the field it is meant for, and what is only warned of.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "daemon/config/load_configuration.hpp"
+
+namespace tubed {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string base() {
+  std::ifstream in(fs::path(TUBED_SOURCE_DIR) / "tests/daemon/config/base.toml");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// Replaces the first `find` of `text`.
+void replace(std::string& text, const std::string& find, const std::string& replacement) {
+  text.replace(text.find(find), find.size(), replacement);
+}
+
+std::string base_with(const std::string& find, const std::string& replacement) {
+  std::string text = base();
+  replace(text, find, replacement);
+  return text;
+}
+
+/// Everything the loader says about `text`; empty when it is taken.
+std::string complaint(const std::string& text, const std::vector<DriverDescription>& available = drivers()) {
+  try {
+    parse_configuration(text, "room.toml", available);
+  } catch (const ConfigurationError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Assemble, EveryStageGetsItsOwnPriorityAndCpus) {
+  const Configuration configuration = parse_configuration(
+      base_with("[realtime.optimizer]\npriority = 0\ncpus = []",
+                "em_acquisition = {priority = 1, cpus = [0]}\nimage_grab = {priority = 2}\n"
+                "frangi = {priority = 3}\noptimizer = {priority = 4}\npublisher = {priority = 5}"),
+      "room.toml");
+
+  EXPECT_EQ(configuration.pipeline.em_acquisition.fifo_priority, 1);
+  EXPECT_EQ(configuration.pipeline.em_acquisition.cpus, std::vector<int>{0});
+  EXPECT_EQ(configuration.pipeline.image_grab.fifo_priority, 2);
+  EXPECT_EQ(configuration.pipeline.frangi.fifo_priority, 3);
+  EXPECT_EQ(configuration.pipeline.optimizer.fifo_priority, 4);
+  EXPECT_EQ(configuration.pipeline.publisher.fifo_priority, 5);
+}
+
+TEST(Assemble, DaemonSchedulingBackOffAndDdsAreAsWritten) {
+  std::string text = base_with("log_level = \"info\"\nrate_hz = 30.0\ntick_grace_ms = 10.0",
+                               "log_level = \"error\"\nrate_hz = 25\ntick_grace_ms = 7");
+  replace(text, "\"optional\"", "\"required\"");
+  replace(text, "domain = 0", "domain = 9\nworld_frame = \"table\"");
+  replace(text, "\"lo\"", "\"eth1\"");
+  replace(text, "reconnect_first_ms = 100.0", "reconnect_first_ms = 200");
+  replace(text, "2000.0", "3000");
+
+  const Configuration configuration = parse_configuration(text, "room.toml");
+
+  EXPECT_EQ(configuration.log_level, "error");
+  EXPECT_EQ(configuration.pipeline.rate_hz, 25);
+  EXPECT_EQ(configuration.pipeline.tick_grace_ms, 7);
+  EXPECT_FALSE(configuration.pipeline.scheduling_optional);
+  EXPECT_EQ(configuration.pipeline.reconnect_first_ms, 200);
+  EXPECT_EQ(configuration.pipeline.reconnect_last_ms, 3000);
+  EXPECT_EQ(configuration.dds.domain, 9);
+  EXPECT_EQ(configuration.dds.world_frame, "table");
+  EXPECT_EQ(configuration.dds.network_interface, "eth1");
+}
+
+TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
+  std::string text = base();
+  text.erase(text.find("[estimator]"), text.find("[simulation]") - text.find("[estimator]"));
+  text +=
+      "[estimator]\nmode = \"em\"\ncoefficient_count = 20\nsigma_position_mm = 1.5\nsigma_tangent = 0.25\n"
+      "sigma_strain_sqrt_mm = 0.5\nbending_q_per_mm = 0.125\nsigma_image_px = 2.5\nimage_search_px = 9\n"
+      "image_temper = 3\nem_stale_ms = 210\nem_stuck_ms = 220\nimage_stale_ms = 230\niterations = 5\n"
+      "[frangi]\nscales_px = [2, 4]\nbeta = 0.75\nstructureness = 12\n";
+
+  const Configuration configuration = parse_configuration(text, "room.toml");
+
+  const EstimatorSettings& estimator = configuration.estimators.at(0);
+  EXPECT_EQ(estimator.mode, EstimatorMode::kEm);
+  EXPECT_EQ(estimator.coefficient_count, 20);
+  EXPECT_EQ(estimator.sigma_position_mm, 1.5);
+  EXPECT_EQ(estimator.sigma_tangent, 0.25);
+  EXPECT_EQ(estimator.sigma_strain_sqrt_mm, 0.5);
+  EXPECT_EQ(estimator.bending_q_per_mm, 0.125);
+  EXPECT_EQ(estimator.sigma_image_px, 2.5);
+  EXPECT_EQ(estimator.image_search_px, 9);
+  EXPECT_EQ(estimator.image_temper, 3);
+  EXPECT_EQ(estimator.em_stale_ms, 210);
+  EXPECT_EQ(estimator.em_stuck_ms, 220);
+  EXPECT_EQ(configuration.pipeline.image_stale_ms, 230);
+  EXPECT_EQ(estimator.iterations, 5);
+  EXPECT_EQ(configuration.frangi.scales_px, (std::vector<double>{2, 4}));
+  EXPECT_EQ(configuration.frangi.beta, 0.75);
+  EXPECT_EQ(configuration.frangi.structureness, 12);
+}
+
+TEST(Assemble, ACameraKeepsItsFourNumbersApart) {
+  std::string text = base();
+  replace(text, "fx = 2000.0\nfy = 2000.0\ncx = 200.0\ncy = 300.0",
+          "fx = 2001\nfy = 2002\ncx = 203\ncy = 304");
+  replace(text, "[0, 0, 0, 0, 0]", "[0.1, 0.2, 0.3, 0.4, 0.5]");
+
+  const CameraCalibration camera = parse_configuration(text, "room.toml").room.cameras.at(0);
+
+  EXPECT_EQ(camera.name, "A");
+  EXPECT_EQ(camera.width, 400);
+  EXPECT_EQ(camera.height, 600);
+  EXPECT_EQ(camera.fx, 2001);
+  EXPECT_EQ(camera.fy, 2002);
+  EXPECT_EQ(camera.cx, 203);
+  EXPECT_EQ(camera.cy, 304);
+  EXPECT_EQ(camera.distortion, (std::array<double, 5>{0.1, 0.2, 0.3, 0.4, 0.5}));
+}
+
+TEST(Assemble, AResidualBelongsToARegistration) {
+  const std::string residual = "registration_residual_mm = 1.81\n";
+
+  const auto stated = parse_configuration(base_with("T_world_em", residual + "T_world_em"), "room.toml");
+  const auto not_stated = parse_configuration(base(), "room.toml");
+
+  EXPECT_EQ(stated.registration_residual_mm, 1.81);
+  EXPECT_EQ(not_stated.registration_residual_mm, std::nullopt);
+  EXPECT_NE(complaint(base_with("T_world_em", residual + "#")).find("em.registration_residual_mm"),
+            std::string::npos);
+}
+
+TEST(Assemble, RealSourcesBesideInventedOnesAreAllowedAndSaid) {
+  std::vector<DriverDescription> available = drivers();
+  available.push_back(available.back());
+  available.back().name = "grabber";
+  available.back().origin = Origin::kDevice;
+  const std::string text = base_with("driver = \"simulation\"\n\n[[instrument]]",
+                                     "driver = \"grabber\"\ndevice = \"/dev/video0\"\n\n[[instrument]]");
+
+  const Configuration configuration = parse_configuration(text, "room.toml", available);
+
+  EXPECT_EQ(configuration.image_sources.at(0).device, "/dev/video0");
+  ASSERT_EQ(configuration.warnings.size(), 1U);
+  EXPECT_NE(configuration.warnings[0].find("room.toml:34:10: camera[0].driver: real images beside simulated"),
+            std::string::npos)
+      << configuration.warnings[0];
+}
+
+TEST(Assemble, TwoInstrumentsOnOneSensorAreAllowedAndSaid) {
+  const Configuration configuration = parse_configuration(
+      base() + "[[instrument]]\nid = \"cath-2\"\n[[instrument.coil]]\nsensor = 2\noffset_from_tip_mm = 5\n",
+      "room.toml");
+
+  ASSERT_EQ(configuration.warnings.size(), 1U);
+  EXPECT_NE(configuration.warnings[0].find("instrument[1].coil[0].sensor"), std::string::npos);
+  EXPECT_NE(configuration.warnings[0].find("cath-1"), std::string::npos);
+  EXPECT_EQ(configuration.estimators.size(), 2U);
+}
+
+TEST(Assemble, ADriversTableNeedsItsRequiredKeysOnlyWhenASourceUsesIt) {
+  const std::string unused = base() + "[replay]\nloop = true\n";
+  std::string used = unused;
+  replace(used, "driver = \"simulation\"\nreconnect", "driver = \"replay\"\nreconnect");
+
+  EXPECT_EQ(complaint(unused), "");
+  EXPECT_NE(complaint(used).find("room.toml:63:1: replay.folder: missing"), std::string::npos)
+      << complaint(used);
+}
+
+TEST(Assemble, AFifthCameraIsOneTooMany) {
+  std::string text = base();
+  const std::string camera =
+      text.substr(text.find("[[camera]]"), text.find("[[instrument]]") - text.find("[[camera]]"));
+  for (const char* name : {"B", "C", "D", "E"}) {
+    std::string another = camera;
+    replace(another, "\"A\"", std::string("\"") + name + "\"");
+    text += another;
+  }
+
+  EXPECT_NE(complaint(text).find("camera[4]: expected at most 4"), std::string::npos) << complaint(text);
+}
+
+TEST(Assemble, AFolderOrAFileWithoutEndIsNoConfiguration) {
+  EXPECT_THROW(load_configuration("/"), ConfigurationError);
+  EXPECT_THROW(load_configuration("/dev/zero"), ConfigurationError);
+}
+
+TEST(Assemble, WhatAFileSaysCannotReachTheTerminalAsACommand) {
+  const std::string said = complaint(base() + "\"\\u001b[2J\" = 1\n");
+
+  EXPECT_NE(said.find("unknown key"), std::string::npos) << said;
+  EXPECT_EQ(said.find('\x1b'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tubed
