@@ -6,7 +6,7 @@ from bed import TIME_FACTOR, check, is_fused, is_valid, longest_gap_ms, millisec
 
 IMAGE_PERIOD_MS = 1000 / 30
 IMAGE_LATENCY_MS = 8  # of the simulated fluoroscope, exposure to delivery
-IMAGE_STALE_MS = 120  # [estimator] image_stale_ms
+IMAGE_STALE_MS = 9 / 4 * IMAGE_PERIOD_MS  # the daemon's patience: two periods, as it learnt them, and a little
 
 
 def check_rate_went_on(subscriber, from_ns, to_ns):
@@ -51,9 +51,9 @@ def a_stalled_fluoroscope_is_flagged_while_30_hz_goes_on(bed):
     samples = check_rate_went_on(subscriber, stalled_ns, recovered.read_ns)
     for sample in samples:
         stale, age_ms = "IMAGE_STALE" in reasons_of(sample), milliseconds(sample["image_age_ns"])
-        # The limit in both directions; a millisecond for rounding.
-        check(stale or age_ms <= IMAGE_STALE_MS + 1, f"an image {age_ms:.0f} ms old, unflagged: {beds.shortened(sample)}")
-        check(not stale or age_ms >= IMAGE_STALE_MS - 1, f"an image {age_ms:.0f} ms old is called stale")
+        # The limit in both directions; the learnt period moves by a few milliseconds with the machine's noise.
+        check(stale or age_ms <= IMAGE_STALE_MS + 8 * TIME_FACTOR, f"an image {age_ms:.0f} ms old, unflagged: {beds.shortened(sample)}")
+        check(not stale or age_ms >= IMAGE_STALE_MS - 8 * TIME_FACTOR, f"an image {age_ms:.0f} ms old is called stale")
         check(not stale or not is_valid(sample), "IMAGE_STALE and yet VALID")
 
 
