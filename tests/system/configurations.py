@@ -1,0 +1,74 @@
+"""Configurations as the daemon itself takes or refuses them."""
+import pathlib
+import subprocess
+import time
+
+import bed as beds
+from bed import check, is_fused, say
+
+EXIT_CONFIGURATION = 78  # sysexits.h: EX_CONFIG
+SOURCES = pathlib.Path(__file__).resolve().parents[2]
+CASES = SOURCES / "tests" / "daemon" / "config"
+SAMPLE = SOURCES / "systemd" / "tubed.toml"
+
+
+def tubed(bed, *arguments):
+    return subprocess.run([bed.program("tubed"), *map(str, arguments)], capture_output=True, text=True, check=False,
+                          timeout=10 * beds.TIME_FACTOR)
+
+
+def bad_cases():
+    """(number of the line, what to find, its replacement, line:column, key)"""
+    for number, line in enumerate((CASES / "bad_configurations.tsv").read_text().splitlines(), 1):
+        if line and not line.startswith("#"):
+            find, replacement, position, key = line.split("\t")[:4]
+            unescaped = [text.replace("\\n", "\n").replace("\\t", "\t") for text in (find, replacement)]
+            yield number, *unescaped, position, key
+
+
+def a_hundred_bad_configurations_end_with_78_and_their_place(bed):
+    good = (CASES / "base.toml").read_text()
+    accepted = tubed(bed, "--check", CASES / "base.toml")
+    check(accepted.returncode == 0, f"the good one is refused: {accepted.stderr}")
+    cases, wrong = list(bad_cases()), []
+    for number, find, replacement, position, key in cases:
+        check(find in good, f"bad_configurations.tsv:{number}: base.toml has no {find!r}")
+        file = bed.write("bad.toml", good.replace(find, replacement, 1))
+        done = tubed(bed, "--config", file)
+        expected = f"{file}:{position}: " + ("" if key == "-" else f"{key}:")
+        if done.returncode != EXIT_CONFIGURATION or expected not in done.stderr:
+            wrong.append(f"bad_configurations.tsv:{number}: expected exit code {EXIT_CONFIGURATION} and '{expected}', got "
+                         f"{done.returncode} and:\n{done.stderr}")
+    say(f"{len(cases)} bad configurations, {len(wrong)} not refused as expected")
+    check(len(cases) >= 100, f"only {len(cases)} cases")
+    check(not wrong, "\n".join(wrong))
+
+
+def the_sample_configuration_runs_as_it_is(bed):
+    checked = tubed(bed, "--check", SAMPLE)
+    check(checked.returncode == 0, f"tubed --check {SAMPLE} exits {checked.returncode}: {checked.stderr}")
+    check(tubed(bed, "--sample").stdout == SAMPLE.read_text(), "tubed --sample prints another one")
+    subscriber = bed.subscribe()
+    bed.start_daemon(SAMPLE.read_text())
+    subscriber.wait_for(is_fused, "VALID shape with an image", 10)
+
+
+def two_rooms_in_one_network_do_not_hear_each_other(bed):
+    def in_room(room):
+        return bed.simulation((beds.Instrument(f"cath-{room}"),)).replace("[dds]", f'[dds]\npartition = "{room}"') \
+            .replace(f'control_folder = "{bed.folder}"', "")
+
+    heard = {room: bed.subscribe("--partition", room) for room in ("north", "south")}
+    for room in heard:
+        bed.start_daemon(in_room(room))
+    for room, subscriber in heard.items():
+        subscriber.wait_for(is_fused, f"VALID shape in room {room}", 10)
+    time.sleep(2)
+    for room, subscriber in heard.items():
+        ids = {sample["instrument_id"] for sample in subscriber.samples()}
+        check(ids == {f"cath-{room}"}, f"in room {room} one hears {ids}")
+
+
+if __name__ == "__main__":
+    beds.main(a_hundred_bad_configurations_end_with_78_and_their_place, the_sample_configuration_runs_as_it_is,
+              two_rooms_in_one_network_do_not_hear_each_other)

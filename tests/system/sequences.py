@@ -1,0 +1,88 @@
+"""Writes a small sequence folder (format 1): a bent catheter that moves, five coils with noise, and its X-ray images."""
+import math
+import random
+import statistics
+import struct
+import zlib
+
+WIDTH, HEIGHT, FOCAL_PX, DEPTH_MM = 240, 320, 2000.0, 1200.0
+LENGTH_MM, RADIUS_MM, DIAMETER_MM = 160.0, 90.0, 2.33
+COIL_OFFSETS_MM = (5.0, 40.0, 80.0, 120.0, 155.0)
+COIL_NOISE_MM = 0.5
+BACKGROUND, CATHETER, PIXEL_NOISE = 170, 120, 8
+FRAME_RATE_HZ = 30
+EXPOSED_AFTER_COILS_S = 0.010  # so that what an image instant uses does not depend on which thread wakes first
+
+
+def _point(s_mm, t_s):
+    """World position and unit tangent toward the tip: an arc of a circle that leans out of the image and swings."""
+    angle = (s_mm - LENGTH_MM / 2) / RADIUS_MM
+    lean = 0.3 + 0.2 * math.sin(2 * math.pi * t_s / 3)
+    x, y = RADIUS_MM * (math.cos(angle) - 0.85), RADIUS_MM * math.sin(angle)
+    dx, dy = -math.sin(angle), math.cos(angle)
+    shift_mm = 6 * math.sin(2 * math.pi * t_s / 2)
+    point = (x * math.cos(lean), y + shift_mm, x * math.sin(lean))
+    return point, tuple(-c for c in (dx * math.cos(lean), dy, dx * math.sin(lean)))
+
+
+def _png(pixels):
+    """An 8-bit grey PNG of WIDTH x HEIGHT."""
+    def chunk(kind, payload):
+        body = kind + payload
+        return struct.pack(">I", len(payload)) + body + struct.pack(">I", zlib.crc32(body))
+
+    rows = b"".join(b"\0" + bytes(pixels[row * WIDTH:(row + 1) * WIDTH]) for row in range(HEIGHT))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 8, 0, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+
+
+def _image(t_s, noise):
+    """Darker where the catheter is."""
+    normal = statistics.NormalDist(0, PIXEL_NOISE)
+    levels = [normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)]
+    draws = noise.randbytes(WIDTH * HEIGHT)
+    bright = bytes(round(BACKGROUND + level) for level in levels)
+    dark = bytes(round(CATHETER + level) for level in levels)
+    pixels = bytearray(draws.translate(bright))
+    for step in range(int(LENGTH_MM * 2) + 1):
+        (x, y, z), _ = _point(step / 2, t_s)
+        scale = FOCAL_PX / (DEPTH_MM + z)
+        column, row, radius = WIDTH / 2 + x * scale, HEIGHT / 2 + y * scale, DIAMETER_MM / 2 * scale
+        for v in range(max(0, math.ceil(row - radius)), min(HEIGHT, math.floor(row + radius) + 1)):
+            for u in range(max(0, math.ceil(column - radius)), min(WIDTH, math.floor(column + radius) + 1)):
+                if (u - column) ** 2 + (v - row) ** 2 <= radius ** 2:
+                    pixels[v * WIDTH + u] = dark[draws[v * WIDTH + u]]
+    return _png(pixels)
+
+
+def _coil_row(t_s, number, sensor, noise):
+    point, t = _point(COIL_OFFSETS_MM[sensor - 1], t_s)
+    x, y, z = (c + noise.gauss(0, COIL_NOISE_MM) for c in point)
+    norm = math.sqrt(2 * (1 + t[2]))
+    qw, qx, qy = (1 + t[2]) / norm, -t[1] / norm, t[0] / norm  # turns +z onto the tangent
+    return (f"{t_s:.4f},{number},{sensor},OK,{x:.4f},{y:.4f},{z:.4f},{t[0]:.6f},{t[1]:.6f},{t[2]:.6f},"
+            f"{qw:.6f},{qx:.6f},{qy:.6f},0,0.5\n")
+
+
+def write_sequence(folder, seconds, off_frames=()):
+    """Images and coils at 30 Hz for so long; fluoroscopy is off at `off_frames`."""
+    (folder / "images").mkdir(parents=True)
+    (folder / "sequence.toml").write_text(
+        f'format = 1\nnote = "made by a test"\n[catheter]\nid = "cath-1"\ndiameter_mm = {DIAMETER_MM}\n'
+        f'length_mm = {LENGTH_MM}\nsensor_offsets_from_tip_mm = {list(COIL_OFFSETS_MM)}\n'
+        "[registration]\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n"
+        f'[[camera]]\nname = "A"\nwidth = {WIDTH}\nheight = {HEIGHT}\nfx = {FOCAL_PX}\nfy = {FOCAL_PX}\n'
+        f"cx = {WIDTH / 2}\ncy = {HEIGHT / 2}\ndistortion = [0, 0, 0, 0, 0]\n"
+        f"T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,{DEPTH_MM}],[0,0,0,1]]\n")
+    noise = random.Random(20)
+    frames, coils = "frame,t_s,camera,file\n", ("t_s,em_frame,sensor,status,x,y,z,tx,ty,tz,qw,qx,qy,qz,error\n")
+    for number in range(int(seconds * FRAME_RATE_HZ)):
+        t_s = round(number / FRAME_RATE_HZ, 4)
+        exposed_s = t_s + EXPOSED_AFTER_COILS_S
+        name = "" if number in off_frames else f"images/{number:04}.png"
+        frames += f"{number},{exposed_s:.4f},A,{name}\n"
+        coils += "".join(_coil_row(t_s, number, sensor, noise) for sensor in range(1, len(COIL_OFFSETS_MM) + 1))
+        if name:
+            (folder / name).write_bytes(_image(exposed_s, noise))
+    (folder / "frames.csv").write_text(frames)
+    (folder / "em.csv").write_text(coils)
