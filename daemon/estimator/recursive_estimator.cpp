@@ -33,6 +33,9 @@ constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
 constexpr std::chrono::milliseconds kLostAfter{
     100};  // a coil that contradicts for so long is right and we are wrong
 constexpr int kLostImages = 3;
+constexpr double kFewestAgreeing = 0.62;  // share of lines; as in SingleFrameSolver
+constexpr double kDoubtfulAgreeing = 0.78;
+constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
 constexpr std::array<int, 2> kReaches_px = {10, 5};
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
@@ -53,7 +56,9 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       prior_{P_, C_},
       factor_(P_),
       sideways_(settings.coefficient_count, settings.coefficient_count),
-      sliding_(Eigen::VectorXd::Zero(3 * settings.coefficient_count)) {
+      departure_(Eigen::VectorXd::Zero(3 * settings.coefficient_count)),
+      information_times_departure_(departure_),
+      sliding_(departure_) {
   map_.set_stiffness(kStrainSigmaFactor, kBendingFactor);
   const double h = map_.spline().spacing_mm();
   const auto freedom = [h](int coefficient) {
@@ -83,6 +88,7 @@ CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHisto
 
 void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
+  images_ = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);
   CoilObservations coils = observe(frame, *observation.em);
   if (is_stale(frame, observation, settings_)) {
@@ -102,7 +108,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {true, registered_, converged_}, estimate);
+  judge(observation, coils, {true, registered_, converged_, images_}, estimate);
 }
 
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
@@ -114,7 +120,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     return false;
   }
   if (registered_) {
-    start_.fuse_images(observation, coils, views_, estimate);
+    images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
   C_ = start_.C();
   converged_ = start_.converged();
@@ -232,13 +238,34 @@ void RecursiveEstimator::update_image(const Observation& observation, TubeEstima
         map_.refine(CoilObservations{}, lines, &prior_, kUpdateIterations, C_, converged_));
   }
   converged_ = true;
+  judge_images(observation, looked, estimate);
   const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
   has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, C_);
   if (has_covariance_) {
     P_ = map_.coefficient_covariance();
   }
-  const bool shows_nothing = looked && estimate.in_view_ratio > 0 && lines.empty();
-  images_without_tube_ = shows_nothing ? images_without_tube_ + 1 : 0;
+}
+
+// An image in which too few lines agree, or whose lines pull the prediction further than it can be wrong,
+// shows something else: the prediction stays.
+void RecursiveEstimator::judge_images(const Observation& observation, bool looked, TubeEstimate& estimate) {
+  if (!looked || estimate.in_view_ratio <= 0) {
+    return;
+  }
+  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C_.cols()) = C_ - prior_.mean;
+  information_times_departure_.noalias() = prior_.information * departure_;
+  const double pull = departure_.dot(information_times_departure_);
+  const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
+  if (agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull < kDoubtfulPull)) {
+    images_ = ImageVerdict::kShowsTube;
+    images_without_tube_ = 0;
+    return;
+  }
+  images_ = ImageVerdict::kLost;
+  ++images_without_tube_;
+  views_.forget_instant(observation.instant);
+  estimate.has_image = false;
+  C_ = prior_.mean;
 }
 
 Eigen::Matrix3d RecursiveEstimator::covariance_at(double s_mm) const {

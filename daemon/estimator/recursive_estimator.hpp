@@ -35,6 +35,7 @@ class RecursiveEstimator final : public Estimator {
   void predict(MonotonicTime time);
   bool update(const CoilObservations& coils, std::span<const ViewConstraints> lines, TubeEstimate& estimate);
   void update_image(const Observation& observation, TubeEstimate& estimate);
+  void judge_images(const Observation& observation, bool looked, TubeEstimate& estimate);
   void gate(CoilObservations& coils, MonotonicTime time, double interval_s);
   [[nodiscard]] bool is_lost(MonotonicTime now) const;
   [[nodiscard]] Eigen::Matrix3d covariance_at(double s_mm) const;
@@ -47,15 +48,18 @@ class RecursiveEstimator final : public Estimator {
   SingleFrameSolver start_;  ///< with the weights of one frame
   TubeMap map_;              ///< with the weights of one of many frames
   TubeViews views_;
-  Eigen::Matrix3Xd C_;        ///< mean
-  Eigen::MatrixXd P_;         ///< covariance, mm^2
-  GaussianPrior prior_;       ///< the prediction as the solver wants it
-  Eigen::MatrixXd factor_;    ///< scratch
-  Eigen::MatrixXd sideways_;  ///< process noise of one second between coefficients, mm^2 (n x n)
-  Eigen::VectorXd sliding_;   ///< change of the coefficients when the tube slides 1 mm forward
+  Eigen::Matrix3Xd C_;         ///< mean
+  Eigen::MatrixXd P_;          ///< covariance, mm^2
+  GaussianPrior prior_;        ///< the prediction as the solver wants it
+  Eigen::MatrixXd factor_;     ///< scratch
+  Eigen::MatrixXd sideways_;   ///< process noise of one second between coefficients, mm^2 (n x n)
+  Eigen::VectorXd departure_;  ///< scratch
+  Eigen::VectorXd information_times_departure_;  ///< scratch
+  Eigen::VectorXd sliding_;  ///< change of the coefficients when the tube slides 1 mm forward
   std::array<GatedCoil, kMaxCoils> gated_{};
   double restlessness_ = 0;  ///< smoothed chi^2 of the coils' positions per degree of freedom
   int images_without_tube_ = 0;
+  ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
   bool has_state_ = false;
   bool has_covariance_ = false;
   bool converged_ = true;

@@ -59,9 +59,11 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
     estimate.reasons.add(Reason::kImageStale);
     doubtful = true;
   }
-  const bool looked = observation.is_image_instant && estimate.in_view_ratio > 0;
-  if (looked && static_cast<double>(estimate.image_inlier_ratio) < TubeViews::kLostInlierRatio) {
+  if (findings.images == ImageVerdict::kLost) {
     estimate.reasons.add(Reason::kImageLostTube);
+    doubtful = true;
+  } else if (findings.images == ImageVerdict::kContradicts) {
+    estimate.reasons.add(Reason::kCoilOutlier);
     doubtful = true;
   }
   return doubtful;

@@ -3,6 +3,7 @@
 
 #include "daemon/estimator/coil_observation.hpp"
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/tube_map.hpp"
 #include "daemon/estimator/tube_views.hpp"
 
@@ -21,6 +22,7 @@ struct Findings {
   bool uses_images = false;  ///< of the mode
   bool registered = true;
   bool converged = true;
+  ImageVerdict images = ImageVerdict::kNone;  ///< of this instant
 };
 
 /// Clears what each estimate begins with: reasons, image figures, iterations.

@@ -22,6 +22,7 @@ void SingleFrameEstimator::reset() noexcept {
 
 void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
+  ImageVerdict images = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);
   CoilObservations coils = observe_coils(frame, *observation.em, instrument_, T_world_em_,
                                          static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
@@ -29,7 +30,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
     estimate.reasons.add(Reason::kEmStale);
   } else if (solver_.solve_em(coils, estimate)) {
     if (settings_.mode != EstimatorMode::kEm && registered_) {
-      solver_.fuse_images(observation, coils, views_, estimate);
+      images = solver_.fuse_images(observation, coils, views_, estimate);
     }
     has_covariance_ = solver_.invert(observation, coils, views_);
     has_shape_ = true;
@@ -41,7 +42,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged()},
+  judge(observation, coils, {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(), images},
         estimate);
 }
 

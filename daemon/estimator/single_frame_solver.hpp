@@ -7,6 +7,14 @@
 
 namespace tubed {
 
+/// What became of the images of an instant.
+enum class ImageVerdict {
+  kNone,         ///< there was nothing to look at
+  kShowsTube,    ///< and it helped
+  kContradicts,  ///< it shows the tube clearly, elsewhere than the coils say
+  kLost,         ///< it shows no tube, or another one
+};
+
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class SingleFrameSolver {
  public:
@@ -18,8 +26,10 @@ class SingleFrameSolver {
 
   /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
   /// together, three rounds with narrowing lines. Between images the lines of the newest one help once more.
-  void fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
-                   TubeEstimate& estimate);
+  /// An image that does not show the tube (too few lines agree, or those that do contradict the coils) is
+  /// dropped and the shape of the coils stays.
+  ImageVerdict fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
+                           TubeEstimate& estimate);
 
   /// Prepares map().covariance() at the shape found. False when that fails.
   bool invert(const Observation& observation, const CoilObservations& coils, TubeViews& views);
@@ -29,11 +39,14 @@ class SingleFrameSolver {
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:
+  ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before,
+                            const TubeEstimate& estimate);
   void reject_outlier(CoilObservations& coils);
 
   EstimatorSettings settings_;
   TubeMap map_;
   Eigen::Matrix3Xd C_;
+  Eigen::Matrix3Xd C_em_;       ///< the shape before the images were asked
   Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
   bool converged_ = false;
 };

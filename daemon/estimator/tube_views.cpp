@@ -13,6 +13,7 @@ constexpr double kViewMargin_px = 3.0;  // lines whose base is nearer to the bor
 constexpr double kShortest_px_per_mm =
     0.2;                                  // a tube running straight toward the source has no side to look to
 constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
+constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a round finds nothing
 constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 }  // namespace
@@ -78,7 +79,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
     return;
   }
   view.inlier_ratio = search_.search(image, lines_, line_count_, reach_px, kTransition_px).inlier_ratio;
-  if (view.inlier_ratio < kLostInlierRatio) {
+  if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
   for (int i = 0; i < line_count_; ++i) {
@@ -120,6 +121,12 @@ MonotonicTime TubeViews::newest_exposure() const {
     newest = view.count > 0 ? std::max(newest, view.exposure) : newest;
   }
   return newest;
+}
+
+void TubeViews::forget_instant(MonotonicTime instant) {
+  for (View& view : views_) {
+    view.count = view.exposure == instant ? 0 : view.count;
+  }
 }
 
 void TubeViews::forget() {

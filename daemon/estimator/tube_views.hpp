@@ -33,10 +33,10 @@ class TubeViews {
   /// Exposure of the newest image that lines were kept of; zero: none.
   [[nodiscard]] MonotonicTime newest_exposure() const;
 
-  void forget();
+  /// Drops the lines of the images of this instant: they showed something else.
+  void forget_instant(MonotonicTime instant);
 
-  /// Share of the lines that has to agree with an image for it to show the tube.
-  static constexpr double kLostInlierRatio = 0.5;
+  void forget();
 
  private:
   using Lines = std::array<CorrespondenceLine, LineSearch::kMaxLines>;

@@ -119,6 +119,22 @@ TEST(SingleFrameEstimator, AnImageWithoutTheTubeIsSaidAndDoesNotPull) {
   EXPECT_NEAR(rms_to_arc(estimate, false), before, 1e-6);
 }
 
+// Another scene: the same tube upside down crosses the true one's place here and there.
+TEST(SingleFrameEstimator, AnImageOfSomethingElseIsSaidAndDoesNotPull) {
+  EstimatorBench em(EstimatorMode::kEm);
+  EstimatorBench joint(EstimatorMode::kJoint);
+  const EmFrame frame = measure_coils(em.room, em.t0, 4, 3);
+  em.history->add(frame);
+  joint.history->add(frame);
+  ImageMeasurement other = image_of_arc(em.room, em.t0);
+  std::reverse(other.vesselness.begin(), other.vesselness.end());
+  const double before = rms_to_arc(em.tick(em.t0), false);
+  const TubeEstimate& estimate = joint.image(other, em.t0);
+  EXPECT_TRUE(estimate.reasons.has(Reason::kImageLostTube));
+  EXPECT_FALSE(estimate.has_image);
+  EXPECT_NEAR(rms_to_arc(estimate, false), before, 1e-6);
+}
+
 TEST(SingleFrameEstimator, ATrackerThatFellSilentIsInvalidAndTheShapeKeepsItsTime) {
   EstimatorBench bench(EstimatorMode::kEm);
   bench.history->add(measure_coils(bench.room, bench.t0, 0, 1));
