@@ -1,0 +1,126 @@
+#include "drivers/aurora/bx_reply.hpp"
+
+#include "drivers/aurora/checksums.hpp"
+
+namespace tubed::aurora {
+
+namespace {
+
+constexpr std::uint8_t kValid = 0x01;
+constexpr std::uint8_t kMissing = 0x02;
+constexpr std::uint8_t kDisabled = 0x04;
+
+bool read_handle(ByteReader& bytes, HandleReading& reading) noexcept {
+  reading = HandleReading{};
+  reading.handle = bytes.u8();
+  const std::uint8_t status = bytes.u8();
+  if (status == kDisabled) {
+    reading.report = Report::kDisabled;
+    return !bytes.overrun();
+  }
+  if (status != kValid && status != kMissing) {
+    return false;
+  }
+  if (status == kValid) {
+    reading.report = Report::kValid;
+    Quaternion& q = reading.rotation;
+    for (double* part : {&q.q0, &q.qx, &q.qy, &q.qz}) {
+      *part = bytes.f32();
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      reading.p_em_mm[axis] = bytes.f32();
+    }
+    reading.indicator = bytes.f32();
+  }
+  reading.port_status.bits = bytes.u32();
+  reading.frame = bytes.u32();
+  settle_pose(reading);
+  return !bytes.overrun();
+}
+
+void write_handle(const HandleReading& reading, ByteWriter& writer) noexcept {
+  writer.u8(reading.handle);
+  if (reading.report == Report::kDisabled || reading.report == Report::kUnoccupied) {
+    writer.u8(kDisabled);
+    return;
+  }
+  writer.u8(reading.report == Report::kValid ? kValid : kMissing);
+  if (reading.report == Report::kValid) {
+    const Quaternion& q = reading.rotation;
+    for (const double number : {q.q0, q.qx, q.qy, q.qz, reading.p_em_mm.x(), reading.p_em_mm.y(),
+                                reading.p_em_mm.z(), reading.indicator}) {
+      writer.f32(number);
+    }
+  }
+  writer.u32(reading.port_status.bits);
+  writer.u32(reading.frame);
+}
+
+std::size_t body_size(const TrackingReply& reply) noexcept {
+  std::size_t size = 3;
+  for (const HandleReading& reading : reply.readings()) {
+    const bool disabled = reading.report == Report::kDisabled || reading.report == Report::kUnoccupied;
+    size += disabled ? 2 : (reading.report == Report::kValid ? 42 : 10);
+  }
+  return size;
+}
+
+}  // namespace
+
+BxFrame frame_bx(Bytes bytes, Bytes& body) noexcept {
+  if ((!bytes.empty() && bytes[0] != kBxStartLow) || (bytes.size() > 1 && bytes[1] != kBxStartHigh)) {
+    return BxFrame::kBadStart;
+  }
+  if (bytes.size() < kBxHeaderSize) {
+    return BxFrame::kNeedsMore;
+  }
+  const std::size_t length = ByteReader(bytes.subspan(2)).u16();
+  if (crc16(bytes.first(kBxHeaderSize)) != 0 || length > kMaxBxBody) {
+    return BxFrame::kBadHeader;
+  }
+  const std::size_t size = kBxHeaderSize + length + kBxCrcSize;
+  if (bytes.size() < size) {
+    return BxFrame::kNeedsMore;
+  }
+  if (crc16(bytes.subspan(kBxHeaderSize, length + kBxCrcSize)) != 0) {
+    return BxFrame::kBadBody;
+  }
+  body = bytes.subspan(kBxHeaderSize, length);
+  return BxFrame::kComplete;
+}
+
+bool decode_bx(Bytes body, TrackingReply& reply) noexcept {
+  ByteReader bytes(body);
+  const int count = bytes.u8();
+  if (count > kMaxHandles) {
+    return false;
+  }
+  reply.handle_count = count;
+  for (int i = 0; i < count; ++i) {
+    if (!read_handle(bytes, reply.handles[static_cast<std::size_t>(i)])) {
+      return false;
+    }
+  }
+  reply.system_status.bits = bytes.u16();
+  return !bytes.overrun() && bytes.left() == 0;
+}
+
+std::size_t encode_bx(const TrackingReply& reply, std::span<std::uint8_t> room) noexcept {
+  ByteWriter writer(room);
+  writer.u8(kBxStartLow);
+  writer.u8(kBxStartHigh);
+  writer.u16(static_cast<std::uint16_t>(body_size(reply)));
+  writer.u16(crc16(writer.written()));
+  writer.u8(static_cast<std::uint8_t>(reply.handle_count));
+  for (const HandleReading& reading : reply.readings()) {
+    write_handle(reading, writer);
+  }
+  writer.u16(reply.system_status.bits);
+  if (writer.overrun()) {
+    return 0;
+  }
+  writer.u16(crc16(writer.written().subspan(kBxHeaderSize)));
+  return writer.overrun() ? 0 : writer.size();
+}
+
+}  // namespace tubed::aurora

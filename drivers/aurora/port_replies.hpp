@@ -1,0 +1,92 @@
+// Replies about ports, tools and the tracker itself: PHSR, PHINF, VER, APIREV, GET. Each takes the payload of
+// a kText reply. Any thread; no state, no allocation; views look into the payload that was given.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "drivers/aurora/status.hpp"
+#include "drivers/aurora/tracking_reply.hpp"
+
+namespace tubed::aurora {
+
+/// One handle of PHSR.
+struct HandleStatus {
+  std::uint8_t handle = 0;
+  PortStatus status;  ///< its lower 12 bits
+};
+
+struct HandleList {
+  int count = 0;
+  std::array<HandleStatus, kMaxHandles> handles;
+
+  [[nodiscard]] std::span<const HandleStatus> entries() const noexcept {
+    return {handles.data(), static_cast<std::size_t>(count)};
+  }
+};
+
+/// PHSR. Nothing unless every character is accounted for and there are no more than kMaxHandles.
+[[nodiscard]] std::optional<HandleList> parse_handle_list(std::string_view payload) noexcept;
+
+enum class ToolKind : std::uint8_t {
+  kReference = 0x01,
+  kProbe = 0x02,
+  kButtonBox = 0x03,
+  kCArm = 0x0A,
+  kCatheter = 0x0B,
+};
+
+/// PHINF field 0001.
+struct ToolDescription {
+  ToolKind kind{};  ///< as sent: other values than the named ones occur
+  int switches = 0;
+  int lights = 0;
+  std::uint8_t subtype = 0;
+  std::string_view manufacturer;    ///< 12 characters
+  std::string_view revision;        ///< 3 characters
+  std::uint32_t serial_number = 0;  ///< the same for both coils of a two-channel tool
+  PortStatus status;                ///< its lower 8 bits
+};
+
+/// PHINF field 0020: where a tool is plugged in. Only port and channel tell coils apart: neither handles nor
+/// serial numbers do.
+struct PortLocation {
+  std::string_view control_unit_serial;  ///< 8 characters
+  int system = 0;
+  int tool = 0;
+  int port = 0;     ///< counts from 1
+  int channel = 0;  ///< 0 or 1
+};
+
+/// PHINF: the fields that were asked for.
+struct ToolReply {
+  bool unoccupied = false;  ///< the plug is gone: there are no fields
+  std::optional<ToolDescription> tool;
+  std::optional<std::string_view> part_number;  ///< field 0004, 20 characters
+  std::optional<PortLocation> location;
+};
+
+/// PHINF that asked for `fields` (kToolField, kPartNumberField, kLocationField and no others). Nothing unless
+/// every character is accounted for.
+[[nodiscard]] std::optional<ToolReply> parse_tool(std::string_view payload, std::uint16_t fields) noexcept;
+
+/// APIREV. Family D is the Aurora.
+struct ApiRevision {
+  char family = '?';
+  int major = 0;
+  int minor = 0;
+};
+[[nodiscard]] std::optional<ApiRevision> parse_api_revision(std::string_view payload) noexcept;
+
+/// What follows "Freeze Tag: " on its line of VER:0 or VER:4, as "AURORA Rev 008"; nothing when there is no
+/// such line.
+[[nodiscard]] std::optional<std::string_view> find_firmware(std::string_view payload) noexcept;
+
+/// Value of `name` in the reply to GET, one `name=value` a line.
+[[nodiscard]] std::optional<std::string_view> find_user_parameter(std::string_view payload,
+                                                                  std::string_view name) noexcept;
+
+}  // namespace tubed::aurora
