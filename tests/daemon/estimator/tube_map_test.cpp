@@ -80,6 +80,7 @@ Eigen::Matrix3Xd solve_with_ceres(const WhitenedResiduals& residuals, const Eige
   problem.AddResidualBlock(function, nullptr, C.data());
   ceres::Solver::Options options;
   options.max_num_iterations = 200;
+  options.linear_solver_type = ceres::DENSE_QR;
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;
