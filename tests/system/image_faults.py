@@ -2,7 +2,8 @@
 import time
 
 import bed as beds
-from bed import TIME_FACTOR, check, is_fused, is_valid, longest_gap_ms, milliseconds, rate_hz, reasons_of, say
+from bed import (check, check_timing, is_fused, is_valid, longest_gap_ms, milliseconds, need_real_time, rate_hz,
+                 reasons_of, say)
 
 IMAGE_PERIOD_MS = 1000 / 30
 IMAGE_LATENCY_MS = 8  # of the simulated fluoroscope, exposure to delivery
@@ -15,10 +16,15 @@ def check_rate_went_on(subscriber, from_ns, to_ns):
     rate, gap_ms = rate_hz(samples), longest_gap_ms(samples)
     say(f"meanwhile {rate:.2f} Hz, longest gap {gap_ms:.0f} ms")
     # Over 2.5 s and more a sample that moves by half a period changes the rate by 0.2 Hz.
-    check(29 <= rate <= 31, f"{rate:.2f} Hz during the fault, expected 30")
-    check(gap_ms <= 100 * TIME_FACTOR, f"{gap_ms:.0f} ms without a sample during the fault")
-    check(not [line for line in subscriber.events(from_ns) if line.read_ns <= to_ns], "an event during the fault")
+    check_timing(29 <= rate <= 31, f"{rate:.2f} Hz during the fault, expected 30")
+    check_timing(gap_ms <= 100, f"{gap_ms:.0f} ms without a sample during the fault")
+    check_timing(not [line for line in subscriber.events(from_ns) if line.read_ns <= to_ns], "an event during the fault")
     return samples
+
+
+def is_fused_without_reserve(sample):
+    """With a sanitizer every sample may say that it is late."""
+    return is_fused(sample) and (beds.TIME_FACTOR != 1 or not reasons_of(sample))
 
 
 def mean_sigma_mm(samples):
@@ -29,6 +35,7 @@ def mean_sigma_mm(samples):
 
 
 def a_stalled_fluoroscope_is_flagged_while_30_hz_goes_on(bed):
+    need_real_time()
     _, subscriber = bed.tracked()
     time.sleep(1)
     stalled_ns = bed.fault("image-A", "stall 3.0")
@@ -39,21 +46,21 @@ def a_stalled_fluoroscope_is_flagged_while_30_hz_goes_on(bed):
     late_ms = milliseconds(flagged.read_ns - first_missing_ns)
     say(f"IMAGE_STALE {late_ms:.0f} ms after the first missing image was due, its age being "
         f"{milliseconds(flagged.json['image_age_ns']):.0f} ms")
-    # Two image periods without one (120 ms of age less what it has at its arrival), seen by the next tick: up to a
-    # period and the grace of 10 ms later; 40 ms for a busy machine.
-    bound_ms = 2 * IMAGE_PERIOD_MS + 13 + IMAGE_PERIOD_MS + 10 + 40 * TIME_FACTOR
+    # Two image periods, the grace of 10 ms that a tick leaves to a late image, and 40 ms for a busy machine.
+    bound_ms = 2 * IMAGE_PERIOD_MS + 10 + 40
     check(late_ms <= bound_ms, f"flagged after {late_ms:.0f} ms, expected {bound_ms:.0f} ms")
 
     recovered = subscriber.wait_for(is_fused, "VALID shape with an image after the stall", 5, flagged.read_ns)
     recovered_ms = milliseconds(recovered.read_ns - stalled_ns)
     say(f"with images again {recovered_ms:.0f} ms after the beginning of a stall of 3000 ms")
-    check(3000 <= recovered_ms <= 3000 + 200 * TIME_FACTOR, f"recovered {recovered_ms:.0f} ms after the beginning")
+    check(3000 <= recovered_ms <= 3000 + 200, f"recovered {recovered_ms:.0f} ms after the beginning")
     samples = check_rate_went_on(subscriber, stalled_ns, recovered.read_ns)
     for sample in samples:
         stale, age_ms = "IMAGE_STALE" in reasons_of(sample), milliseconds(sample["image_age_ns"])
         # The limit in both directions; the learnt period moves by a few milliseconds with the machine's noise.
-        check(stale or age_ms <= IMAGE_STALE_MS + 8 * TIME_FACTOR, f"an image {age_ms:.0f} ms old, unflagged: {beds.shortened(sample)}")
-        check(not stale or age_ms >= IMAGE_STALE_MS - 8 * TIME_FACTOR, f"an image {age_ms:.0f} ms old is called stale")
+        check(stale or age_ms <= IMAGE_STALE_MS + 8,
+              f"an image {age_ms:.0f} ms old, unflagged: {beds.shortened(sample)}")
+        check(not stale or age_ms >= IMAGE_STALE_MS - 8, f"an image {age_ms:.0f} ms old is called stale")
         check(not stale or not is_valid(sample), "IMAGE_STALE and yet VALID")
 
 
@@ -69,12 +76,12 @@ def without_fluoroscopy_shapes_are_valid_from_coils_alone(bed):
     with_image = [sample for sample in subscriber.samples(before_ns) if sample["received_monotonic_ns"] < off_ns]
     samples = check_rate_went_on(subscriber, settled_ns, on_ns)
     for sample in samples:
-        check(is_valid(sample) and reasons_of(sample) == {"IMAGE_OFF"} and not sample["has_image"],
+        check_timing(is_valid(sample) and reasons_of(sample) == {"IMAGE_OFF"} and not sample["has_image"],
               f"expected VALID with IMAGE_OFF alone: {beds.shortened(sample)}")
     sigma_off, sigma_on = mean_sigma_mm(samples), mean_sigma_mm(with_image)
     say(f"one sigma {sigma_off:.2f} mm without fluoroscopy, {sigma_on:.2f} mm with it")
     check(sigma_off > 1.1 * sigma_on, f"without images sigma is {sigma_off:.2f} mm, with them {sigma_on:.2f} mm")
-    subscriber.wait_for(lambda sample: is_fused(sample) and not reasons_of(sample), "VALID shape with an image", 1, on_ns)
+    subscriber.wait_for(is_fused_without_reserve, "VALID shape with an image", 2, on_ns)
 
 
 def a_black_image_is_rejected(bed):
@@ -85,14 +92,14 @@ def a_black_image_is_rejected(bed):
     took_ms = milliseconds(first.read_ns - black_ns)
     say(f"IMAGE_REJECTED {took_ms:.0f} ms after the command")
     # The command works from the source's next read on; that image is due within a period and its latency.
-    bound_ms = 2 * IMAGE_PERIOD_MS + IMAGE_LATENCY_MS + 50 * TIME_FACTOR
-    check(took_ms <= bound_ms, f"rejected after {took_ms:.0f} ms, expected {bound_ms:.0f} ms")
+    bound_ms = 2 * IMAGE_PERIOD_MS + IMAGE_LATENCY_MS + 50
+    check_timing(took_ms <= bound_ms, f"rejected after {took_ms:.0f} ms, expected {bound_ms:.0f} ms")
     time.sleep(2.6)
     clear_ns = bed.fault("image-A", "clear")
     for sample in check_rate_went_on(subscriber, first.read_ns + 1, clear_ns):
-        check("IMAGE_REJECTED" in reasons_of(sample) and not is_valid(sample) and not sample["has_image"],
+        check_timing("IMAGE_REJECTED" in reasons_of(sample) and not is_valid(sample) and not sample["has_image"],
               f"a black image was believed: {beds.shortened(sample)}")
-    subscriber.wait_for(lambda sample: is_fused(sample) and not reasons_of(sample), "VALID shape with an image", 1,
+    subscriber.wait_for(is_fused_without_reserve, "VALID shape with an image", 2,
                         clear_ns)
 
 

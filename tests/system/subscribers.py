@@ -3,7 +3,7 @@ import signal
 import time
 
 import bed as beds
-from bed import check, is_fused, is_valid, milliseconds, rate_hz, say
+from bed import check, check_timing, is_fused, is_valid, milliseconds, rate_hz, say
 
 RATE_HZ = (29.5, 30.5)  # what the contract allows; one sample more or less in 8 s is 0.13 Hz
 EXIT_OK = 0
@@ -19,7 +19,7 @@ def a_subscriber_that_came_first_is_served(bed):
     say(f"first sample {milliseconds(first.read_ns - daemon.started_ns):.0f} ms, first VALID with an image "
         f"{milliseconds(valid.read_ns - daemon.started_ns):.0f} ms after the daemon's start")
     numbers = [sample["sequence_number"] for sample in subscriber.samples()]
-    check(numbers[0] <= 15, f"half a second was missed although the subscriber was there: first number {numbers[0]}")
+    check_timing(numbers[0] <= 15, f"half a second was missed although the subscriber was there: first number {numbers[0]}")
 
 
 def a_subscriber_that_came_later_is_served(bed):
@@ -33,7 +33,7 @@ def a_subscriber_that_came_later_is_served(bed):
     first = subscriber.samples()[0]
     age_ns = first["received_monotonic_ns"] - first["stamps"]["publish_started_monotonic_ns"]
     # VOLATILE: nothing is kept for late joiners. A lifespan of 200 ms is what an old sample could hide behind.
-    check(age_ns < 100e6, f"the first sample was written {milliseconds(age_ns):.0f} ms before it came")
+    check_timing(age_ns < 100e6, f"the first sample was written {milliseconds(age_ns):.0f} ms before it came")
 
 
 def a_late_subscriber_learns_what_is_tracked(bed):
@@ -59,13 +59,13 @@ def two_subscribers_get_the_same_numbers_at_30_hz(bed):
     for samples in (first, second):
         rate = rate_hz(samples)
         say(f"{len(samples)} samples at {rate:.2f} Hz, longest gap {beds.longest_gap_ms(samples):.0f} ms")
-        check(RATE_HZ[0] <= rate <= RATE_HZ[1], f"rate {rate:.2f} Hz over 8 s, expected {RATE_HZ}")
+        check_timing(RATE_HZ[0] <= rate <= RATE_HZ[1], f"rate {rate:.2f} Hz over 8 s, expected {RATE_HZ}")
         numbers = [sample["sequence_number"] for sample in samples]
-        check(numbers == list(range(numbers[0], numbers[0] + len(numbers))), f"numbers are missing: {numbers}")
-        check(all(sample["lost_before"] == 0 for sample in samples), "the client library counted a loss")
+        check_timing(numbers == list(range(numbers[0], numbers[0] + len(numbers))), f"numbers are missing: {numbers}")
+        check_timing(all(sample["lost_before"] == 0 for sample in samples), "the client library counted a loss")
     by_number = {sample["sequence_number"]: sample for sample in first}
     common = [sample for sample in second if sample["sequence_number"] in by_number]
-    check(len(common) >= 230, f"only {len(common)} numbers in common")
+    check_timing(len(common) >= 230, f"only {len(common)} numbers in common")
     for sample in common:
         other = by_number[sample["sequence_number"]]
         check(sample["points"] == other["points"] and sample["publish_time_ns"] == other["publish_time_ns"],
@@ -100,14 +100,14 @@ def two_instruments_are_tracked_in_the_same_images(bed):
         inliers = sorted(sample["image_inlier_ratio"] for sample in fused)
         say(f"{instrument.id}: {rate:.2f} Hz, {sum(map(is_valid, samples))} of {len(samples)} VALID, {len(fused)} with an "
             f"image, inliers median {inliers[len(inliers) // 2]:.2f}")
-        check(RATE_HZ[0] <= rate <= RATE_HZ[1], f"{instrument.id}: {rate:.2f} Hz")
+        check_timing(RATE_HZ[0] <= rate <= RATE_HZ[1], f"{instrument.id}: {rate:.2f} Hz")
         # Crossing catheters may cost single frames.
-        check(sum(map(is_valid, samples)) >= 0.95 * len(samples), f"{instrument.id} is not VALID: {worst(samples)}")
-        check(len(fused) >= 0.9 * len(samples), f"{instrument.id}: {len(fused)} of {len(samples)} have an image")
-        check(inliers[len(inliers) // 2] > 0.6, f"{instrument.id}: the image shows {inliers[len(inliers) // 2]:.2f} of it")
+        check_timing(sum(map(is_valid, samples)) >= 0.95 * len(samples), f"{instrument.id} is not VALID: {worst(samples)}")
+        check_timing(len(fused) >= 0.9 * len(samples), f"{instrument.id}: {len(fused)} of {len(samples)} have an image")
+        check_timing(inliers[len(inliers) // 2] > 0.6, f"{instrument.id}: the image shows {inliers[len(inliers) // 2]:.2f} of it")
         exposures.append({sample["image_frame"] for sample in fused})
     common = exposures[0] & exposures[1]
-    check(len(common) >= 0.95 * max(map(len, exposures)), "the two were not seen in the same images")
+    check_timing(len(common) >= 0.95 * max(map(len, exposures)), "the two were not seen in the same images")
     first, second = ({sample["image_frame"]: sample["points"][0]["p_world_mm"] for sample in
                       subscriber.samples(from_ns, instrument.id)} for instrument in instruments)
     apart = min(sum((a - b) ** 2 for a, b in zip(first[frame], second[frame])) ** 0.5 for frame in common)
