@@ -13,7 +13,7 @@ import time
 
 import bed as beds
 import sequences
-from bed import check, check_timing, say
+from bed import check, need_real_time, say
 
 GREATEST_MEDIAN_MM = 0.1
 START_IN_S = 4  # until then the daemon has decoded the images and the subscriber is there
@@ -84,15 +84,16 @@ def compare(bed, folder, mode):
 
 
 def a_replayed_sequence_gives_the_shapes_of_the_offline_reconstruction(bed):
+    need_real_time()  # an image that the filter delivers too late is not used, offline it always is
     folder = bed.folder / "sequence"
     off_frames = range(60, 70)
     sequences.write_sequence(folder, seconds=4, off_frames=off_frames)
     share, samples = compare(bed, folder, "joint")
-    check_timing(share >= 0.9, f"only {100 * share:.0f} % of the frames were not skipped")
+    check(share >= 0.9, f"only {100 * share:.0f} % of the frames were not skipped")
     fused = [sample for sample in samples.values() if sample["has_image"]]
     inliers = statistics.median(sample["image_inlier_ratio"] for sample in fused)
     say(f"{len(fused)} with an image, inliers median {inliers:.2f}")
-    check_timing(len(fused) >= 0.9 * (120 - len(off_frames)), f"{len(fused)} of the samples have an image")
+    check(len(fused) >= 0.9 * (120 - len(off_frames)), f"{len(fused)} of the samples have an image")
     # Otherwise both might agree on coils alone.
     check(inliers > 0.6, f"the images show {inliers:.2f} of the catheter: the drawing or the filter is wrong")
     check(all("IMAGE_OFF" in samples[frame]["reason_names"] for frame in off_frames if frame in samples),
