@@ -112,7 +112,7 @@ std::vector<std::string> Pipeline::start() {
     const SchedulingOutcome outcome = (*thread)->start();
     if (outcome.refused) {
       if (!parts_->settings.scheduling_optional) {
-        throw std::runtime_error("cannot start: " + outcome.why);
+        throw std::runtime_error(outcome.why);
       }
       refusals.push_back(outcome.why);
     }
