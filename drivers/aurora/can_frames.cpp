@@ -74,6 +74,16 @@ HandleReading sent_pose(const HandleReading& reading, CanCoilState state) noexce
   return none;
 }
 
+/// The layout has the image of z by the formula for quaternions of unit length, as it is: of one rounded to
+/// four digits it comes out up to 1e-4 too long or short, and who receives it makes it a unit vector.
+Eigen::Vector3d axis_as_sent(const Quaternion& rotation, CanCoilState state) noexcept {
+  if (state != CanCoilState::kValid) {
+    return Eigen::Vector3d::Zero();
+  }
+  const auto& [q0, qx, qy, qz] = rotation;
+  return {2 * (qx * qz + q0 * qy), 2 * (qy * qz - q0 * qx), 1 - 2 * (qx * qx + qy * qy)};
+}
+
 /// Classic frame of 7 bytes and their check sum.
 CanFrame seal_classic(CanFrame frame) noexcept {
   frame.size = kClassicSize;
@@ -168,8 +178,7 @@ std::array<CanFrame, kClassicParts> pack_classic_coil(int coil, const HandleRead
   second.u8(flags_of(reading.port_status));
   second.u8(binding);
 
-  const Eigen::Vector3d axis_em =
-      state == CanCoilState::kValid ? coil_axis(pose.rotation) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  const Eigen::Vector3d axis_em = axis_as_sent(pose.rotation, state);
   ByteWriter third(frames[2].bytes);
   for (int axis = 0; axis < 3; ++axis) {
     third.i16(fixed(axis_em[axis], kUnitScale, 32767));

@@ -1,5 +1,6 @@
 #include "drivers/aurora/port_replies.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include "drivers/aurora/bytes.hpp"
@@ -11,6 +12,14 @@ namespace {
 
 constexpr std::string_view kUnoccupied = "UNOCCUPIED";
 
+template <std::size_t N>
+FixedText<N> read_text(TextReader& text) noexcept {
+  FixedText<N> fixed;
+  const std::string_view taken = text.take(N);
+  std::copy(taken.begin(), taken.end(), fixed.characters.begin());
+  return fixed;
+}
+
 ToolDescription read_tool(TextReader& text) noexcept {
   ToolDescription tool;
   tool.kind = static_cast<ToolKind>(text.hex(2));
@@ -18,8 +27,8 @@ ToolDescription read_tool(TextReader& text) noexcept {
   tool.lights = static_cast<int>(text.hex(1));
   text.take(2);  // reserved
   tool.subtype = static_cast<std::uint8_t>(text.hex(2));
-  tool.manufacturer = text.take(12);
-  tool.revision = text.take(3);
+  tool.manufacturer = read_text<12>(text);
+  tool.revision = read_text<3>(text);
   tool.serial_number = text.hex(8);
   tool.status.bits = text.hex(2);
   return tool;
@@ -27,7 +36,7 @@ ToolDescription read_tool(TextReader& text) noexcept {
 
 PortLocation read_location(TextReader& text) noexcept {
   PortLocation location;
-  location.control_unit_serial = text.take(8);
+  location.control_unit_serial = read_text<8>(text);
   location.system = static_cast<int>(text.hex(1));
   location.tool = static_cast<int>(text.hex(1));
   location.port = static_cast<int>(text.hex(2));
@@ -78,7 +87,7 @@ std::optional<ToolReply> parse_tool(std::string_view payload, std::uint16_t fiel
     reply.tool = read_tool(text);
   }
   if ((fields & kPartNumberField) != 0) {
-    reply.part_number = text.take(20);
+    reply.part_number = read_text<20>(text);
   }
   if ((fields & kLocationField) != 0) {
     reply.location = read_location(text);

@@ -1,5 +1,5 @@
 // Replies about ports, tools and the tracker itself: PHSR, PHINF, VER, APIREV, GET. Each takes the payload of
-// a kText reply. Any thread; no state, no allocation; views look into the payload that was given.
+// a kText reply. Any thread; no state, no allocation.
 #pragma once
 
 #include <array>
@@ -31,6 +31,19 @@ struct HandleList {
 /// PHSR. Nothing unless every character is accounted for and there are no more than kMaxHandles.
 [[nodiscard]] std::optional<HandleList> parse_handle_list(std::string_view payload) noexcept;
 
+/// Text of a fixed width, kept here.
+template <std::size_t N>
+struct FixedText {
+  std::array<char, N> characters{};
+
+  /// Without the blanks at its end.
+  [[nodiscard]] std::string_view text() const noexcept {
+    const std::string_view all(characters.data(), N);
+    const std::size_t last = all.find_last_not_of(std::string_view(" \0", 2));
+    return all.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  }
+};
+
 enum class ToolKind : std::uint8_t {
   kReference = 0x01,
   kProbe = 0x02,
@@ -45,8 +58,8 @@ struct ToolDescription {
   int switches = 0;
   int lights = 0;
   std::uint8_t subtype = 0;
-  std::string_view manufacturer;    ///< 12 characters
-  std::string_view revision;        ///< 3 characters
+  FixedText<12> manufacturer;
+  FixedText<3> revision;
   std::uint32_t serial_number = 0;  ///< the same for both coils of a two-channel tool
   PortStatus status;                ///< its lower 8 bits
 };
@@ -54,7 +67,7 @@ struct ToolDescription {
 /// PHINF field 0020: where a tool is plugged in. Only port and channel tell coils apart: neither handles nor
 /// serial numbers do.
 struct PortLocation {
-  std::string_view control_unit_serial;  ///< 8 characters
+  FixedText<8> control_unit_serial;
   int system = 0;
   int tool = 0;
   int port = 0;     ///< counts from 1
@@ -65,7 +78,7 @@ struct PortLocation {
 struct ToolReply {
   bool unoccupied = false;  ///< the plug is gone: there are no fields
   std::optional<ToolDescription> tool;
-  std::optional<std::string_view> part_number;  ///< field 0004, 20 characters
+  std::optional<FixedText<20>> part_number;  ///< field 0004
   std::optional<PortLocation> location;
 };
 
@@ -85,7 +98,7 @@ struct ApiRevision {
 /// such line.
 [[nodiscard]] std::optional<std::string_view> find_firmware(std::string_view payload) noexcept;
 
-/// Value of `name` in the reply to GET, one `name=value` a line.
+/// Value of `name` in the reply to GET, one `name=value` a line. Looks into `payload`.
 [[nodiscard]] std::optional<std::string_view> find_user_parameter(std::string_view payload,
                                                                   std::string_view name) noexcept;
 

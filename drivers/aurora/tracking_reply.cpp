@@ -1,5 +1,6 @@
 #include "drivers/aurora/tracking_reply.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tubed::aurora {
@@ -38,17 +39,33 @@ void settle_pose(HandleReading& reading) noexcept {
 }
 
 std::optional<std::uint32_t> common_frame(const TrackingReply& reply) noexcept {
-  std::optional<std::uint32_t> frame;
-  for (const HandleReading& reading : reply.readings()) {
-    if (!has_frame(reading.report)) {
-      continue;
+  for (const Report report : {Report::kValid, Report::kMissing}) {
+    std::optional<std::uint32_t> frame;
+    for (const HandleReading& reading : reply.readings()) {
+      if (reading.report != report) {
+        continue;
+      }
+      if (frame && *frame != reading.frame) {
+        return std::nullopt;
+      }
+      frame = reading.frame;
     }
-    if (frame && *frame != reading.frame) {
-      return std::nullopt;
+    if (frame) {
+      return frame;
     }
-    frame = reading.frame;
   }
-  return frame;
+  return std::nullopt;
+}
+
+bool lists_exactly(const TrackingReply& reply, std::span<const std::uint8_t> handles) noexcept {
+  const auto times = [&reply](std::uint8_t handle) {
+    const auto readings = reply.readings();
+    return std::count_if(readings.begin(), readings.end(),
+                         [handle](const HandleReading& reading) { return reading.handle == handle; });
+  };
+  return reply.readings().size() == handles.size() &&
+         std::all_of(handles.begin(), handles.end(),
+                     [&times](std::uint8_t handle) { return times(handle) == 1; });
 }
 
 Eigen::Vector3d coil_axis(const Quaternion& rotation, AxisSense sense) noexcept {

@@ -64,9 +64,12 @@ struct TrackingReply {
 /// `reading` as it has to be handed on: without its pose, as kImplausible, unless plausible_pose().
 void settle_pose(HandleReading& reading) noexcept;
 
-/// Frame number that all handles with a valid or missing pose share; nothing when they differ or there is
-/// none.
+/// Frame number that all handles with a pose share or, when none has a pose, all missing ones; nothing when
+/// they differ or there are none. An Aurora measures all coils at once.
 [[nodiscard]] std::optional<std::uint32_t> common_frame(const TrackingReply& reply) noexcept;
+
+/// Whether the reply has each of `handles` once and no other: what it should be while those are enabled.
+[[nodiscard]] bool lists_exactly(const TrackingReply& reply, std::span<const std::uint8_t> handles) noexcept;
 
 /// Which way the asked-for axis points: a coil may be mounted the other way round along the catheter.
 enum class AxisSense { kAsMeasured, kReversed };
