@@ -13,6 +13,6 @@ endfunction()
 run(${CMAKE_COMMAND} --build ${build} --target tubed_client)
 run(${CMAKE_COMMAND} --install ${build} --component client --prefix ${folder}/prefix)
 file(COPY ${source}/clients/cpp/example DESTINATION ${folder})
-run(${CMAKE_COMMAND} -S ${folder}/example -B ${folder}/build -DCMAKE_PREFIX_PATH=${folder}/prefix
+run(${CMAKE_COMMAND} -G Ninja -S ${folder}/example -B ${folder}/build -DCMAKE_PREFIX_PATH=${folder}/prefix
     -DCMAKE_C_COMPILER=${compiler_c} -DCMAKE_CXX_COMPILER=${compiler_cxx} "-DCMAKE_CXX_FLAGS=${flags}" "-DCMAKE_C_FLAGS=${flags}")
 run(${CMAKE_COMMAND} --build ${folder}/build)
