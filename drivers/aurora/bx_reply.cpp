@@ -10,6 +10,37 @@ constexpr std::uint8_t kValid = 0x01;
 constexpr std::uint8_t kMissing = 0x02;
 constexpr std::uint8_t kDisabled = 0x04;
 
+/// Bytes of one handle; 0 when there is no such status.
+std::size_t handle_size(std::uint8_t status) noexcept {
+  switch (status) {
+    case kValid:
+      return 42;
+    case kMissing:
+      return 10;
+    case kDisabled:
+      return 2;
+    default:
+      return 0;
+  }
+}
+
+/// Whether the handles' sizes add up to the body's. A header, a frame and two frames one behind the other all
+/// run to a check sum of 0, so that a right one alone does not mean that body and length belong together.
+bool adds_up(Bytes body) noexcept {
+  if (body.empty() || body[0] > kMaxHandles) {
+    return false;
+  }
+  std::size_t at = 1;
+  for (int i = 0; i < body[0]; ++i) {
+    const std::size_t size = at + 1 < body.size() ? handle_size(body[at + 1]) : 0;
+    if (size == 0) {
+      return false;
+    }
+    at += size;
+  }
+  return at + sizeof(std::uint16_t) == body.size();
+}
+
 bool read_handle(ByteReader& bytes, HandleReading& reading) noexcept {
   reading = HandleReading{};
   reading.handle = bytes.u8();
@@ -38,14 +69,21 @@ bool read_handle(ByteReader& bytes, HandleReading& reading) noexcept {
   return !bytes.overrun();
 }
 
+std::uint8_t status_byte(Report report) noexcept {
+  if (report == Report::kDisabled || report == Report::kUnoccupied) {
+    return kDisabled;
+  }
+  return report == Report::kValid ? kValid : kMissing;
+}
+
 void write_handle(const HandleReading& reading, ByteWriter& writer) noexcept {
+  const std::uint8_t status = status_byte(reading.report);
   writer.u8(reading.handle);
-  if (reading.report == Report::kDisabled || reading.report == Report::kUnoccupied) {
-    writer.u8(kDisabled);
+  writer.u8(status);
+  if (status == kDisabled) {
     return;
   }
-  writer.u8(reading.report == Report::kValid ? kValid : kMissing);
-  if (reading.report == Report::kValid) {
+  if (status == kValid) {
     const Quaternion& q = reading.rotation;
     for (const double number : {q.q0, q.qx, q.qy, q.qz, reading.p_em_mm.x(), reading.p_em_mm.y(),
                                 reading.p_em_mm.z(), reading.indicator}) {
@@ -59,8 +97,7 @@ void write_handle(const HandleReading& reading, ByteWriter& writer) noexcept {
 std::size_t body_size(const TrackingReply& reply) noexcept {
   std::size_t size = 3;
   for (const HandleReading& reading : reply.readings()) {
-    const bool disabled = reading.report == Report::kDisabled || reading.report == Report::kUnoccupied;
-    size += disabled ? 2 : (reading.report == Report::kValid ? 42 : 10);
+    size += handle_size(status_byte(reading.report));
   }
   return size;
 }
@@ -86,7 +123,7 @@ BxFrame frame_bx(Bytes bytes, Bytes& body) noexcept {
     return BxFrame::kBadBody;
   }
   body = bytes.subspan(kBxHeaderSize, length);
-  return BxFrame::kComplete;
+  return adds_up(body) ? BxFrame::kComplete : BxFrame::kBadBody;
 }
 
 bool decode_bx(Bytes body, TrackingReply& reply) noexcept {

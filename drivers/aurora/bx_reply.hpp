@@ -19,11 +19,11 @@ inline constexpr std::size_t kMaxBxFrame = kBxHeaderSize + kMaxBxBody + kBxCrcSi
 
 /// How a look at bytes that begin with the start word ended.
 enum class BxFrame {
-  kComplete,   ///< header and body are there and both check sums are right
+  kComplete,   ///< header and body are there, both check sums are right and the handles fill the body
   kNeedsMore,  ///< so far nothing is wrong
   kBadStart,   ///< the start word is another
   kBadHeader,  ///< the header's check sum is wrong, or its length is more than any reply has
-  kBadBody,    ///< the body's check sum is wrong
+  kBadBody,    ///< the body's check sum is wrong, or its handles do not fill it
 };
 
 /// Looks at a frame from its start word on; of a complete one `body` is set.

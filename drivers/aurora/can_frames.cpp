@@ -20,7 +20,7 @@ constexpr double kUnitScale = 32767;   // 1 in 16 bit
 constexpr double kIndicatorScale = 1e4;
 constexpr std::int64_t kMax24 = 0x7F'FFFF;
 constexpr std::int64_t kMax32 = 0x7FFF'FFFF;
-constexpr double kLengthTolerance = 0.01;
+constexpr double kLengthTolerance = 0.002;
 
 /// Bits of the port status that a classic frame has, from its bit 0 up.
 constexpr std::array<unsigned, 7> kFlagBits = {6, 7, 8, 12, 0, 4, 5};

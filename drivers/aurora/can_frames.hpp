@@ -93,7 +93,7 @@ struct CanClassicPart {
                                                                     const CanSync& measurement) noexcept;
 
 /// Each gives nothing when identifier, size, check sum, protocol or state is not what such a frame has, or
-/// an axis is not of unit length (within 1 %). SYNC has no check sum but the bus's own.
+/// an axis is not of unit length (within 0.2 %). SYNC has no check sum but the bus's own.
 [[nodiscard]] std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept;
 [[nodiscard]] std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept;
 [[nodiscard]] std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept;

@@ -7,7 +7,7 @@ namespace tubed::aurora {
 
 namespace {
 
-constexpr double kLengthTolerance = 0.01;
+constexpr double kLengthTolerance = 0.002;
 constexpr double kFarthest_mm = 10'000;
 
 double squared_norm(const Quaternion& q) noexcept {

@@ -57,8 +57,8 @@ struct TrackingReply {
   }
 };
 
-/// Whether rotation, position and indicator are finite, the quaternion is of unit length (within 1 %) and the
-/// position within 10 m. A damaged reply that its check sum lets through mostly fails here.
+/// Whether rotation, position and indicator are finite, the quaternion is of unit length (within 0.2 %) and
+/// the position within 10 m. A damaged reply that its check sum lets through mostly fails here.
 [[nodiscard]] bool plausible_pose(const HandleReading& reading) noexcept;
 
 /// `reading` as it has to be handed on: without its pose, as kImplausible, unless plausible_pose().

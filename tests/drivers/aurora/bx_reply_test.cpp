@@ -136,6 +136,20 @@ TEST(BxFrame, SaysWhichCheckSumIsWrong) {
   }
 }
 
+TEST(BxFrame, OfTwoRepliesUnderOneLengthIsNoneThoughTheCheckSumIsRight) {
+  // Two frames, and a header and a frame, run to a check sum of 0 as one frame does.
+  const std::vector<std::uint8_t> reply = bytes_of(kRecorded);
+  std::vector<std::uint8_t> both = reply;
+  both[2] = static_cast<std::uint8_t>(2 * reply.size() - kBxHeaderSize - kBxCrcSize);
+  const std::uint16_t crc = crc16(Bytes(both).first(4));
+  both[4] = static_cast<std::uint8_t>(crc);
+  both[5] = static_cast<std::uint8_t>(crc >> 8);
+  both.insert(both.end(), reply.begin(), reply.end());
+  ASSERT_EQ(crc16(both), 0);
+  Bytes body;
+  EXPECT_EQ(frame_bx(both, body), BxFrame::kBadBody);
+}
+
 TEST(BxFrame, OfALengthThatNoReplyHasIsNotWaitedFor) {
   std::vector<std::uint8_t> header = bytes_of("C4A5 FFFF");
   const std::uint16_t crc = crc16(Bytes(header));

@@ -99,7 +99,7 @@ TEST(PlausiblePose, IsFiniteOfUnitLengthAndInTheRoom) {
   EXPECT_TRUE(plausible_pose(good_reading()));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();
-  for (const double wrong : {nan, infinite, 1.011, 0.989, -3.697314e28}) {
+  for (const double wrong : {nan, infinite, 1.0021, 0.9979, -3.697314e28}) {
     HandleReading reading = good_reading();
     reading.rotation.q0 = wrong;
     EXPECT_FALSE(plausible_pose(reading)) << wrong;
