@@ -19,6 +19,8 @@ ROWS = {
     # The Aurora's protocol is no device: the devices that speak it (serial, CAN, emulator) include it, so that it
     # stands below them, and above the interface whose structs it fills.
     "drivers/aurora": 1.5,
+    # The fluoroscope is a room of its own in the simulation: rays, voxels and geometry, nothing of a device.
+    "drivers/simulation/fluoroscope": 1.5,
     "daemon/image": 2,
     "daemon/estimator": 3,
     "daemon/pipeline": 4, "daemon/publishing": 4,
@@ -56,6 +58,11 @@ INCLUDE_RULES = (
     ("protocol-headers", r"drivers/aurora/", None,
      r"(?:termios|unistd|fcntl|poll|time|ctime|fstream|iostream|cstdio|stdio|thread|mutex)(?:\.h)?$|sys/|linux/|net/",
      "the protocol is bytes to structs and back: no device, file, clock or thread"),
+    ("fluoroscope-rooms", r"drivers/simulation/fluoroscope/", None,
+     r"(?:idl|clients)/|daemon/(?!geometry/)|drivers/(?!simulation/fluoroscope/)",
+     "the simulated fluoroscope sees daemon/geometry only"),
+    ("fluoroscope-headers", r"drivers/simulation/fluoroscope/", None, rf"{OPENCV}|(?:chrono|ctime|thread|mutex)$",
+     "radiographs are cast without OpenCV, clock or thread"),
     ("logging", r"daemon/|drivers/|idl/", r"daemon/\w+\.\w+$|daemon/publishing/", LOGGING,
      "only daemon/main.cpp and daemon/publishing log"),
 )
@@ -91,6 +98,8 @@ def without_comments(text):
 def folder_of(path):
     """daemon/model/x.hpp -> daemon/model; daemon/main.cpp -> daemon; idl/x/y.hpp -> idl."""
     parts = path.split("/")
+    if path.startswith("drivers/simulation/fluoroscope/"):
+        return "drivers/simulation/fluoroscope"
     if parts[0] == "idl" or len(parts) < 3:
         return parts[0]
     return "/".join(parts[:2])
@@ -201,6 +210,9 @@ VIOLATIONS = (
     ("protocol-headers", "drivers/aurora/c.cpp", "#include <termios.h>"),
     ("protocol-headers", "drivers/aurora/d.cpp", "#include <sys/socket.h>"),
     ("protocol-clock", "drivers/aurora/e.cpp", "const auto now = monotonic_now();"),
+    ("fluoroscope-rooms", "drivers/simulation/fluoroscope/a.cpp", '#include "drivers/interface/image_source.hpp"'),
+    ("fluoroscope-rooms", "drivers/simulation/fluoroscope/b.cpp", '#include "drivers/simulation/vessel.hpp"'),
+    ("fluoroscope-headers", "drivers/simulation/fluoroscope/c.cpp", "#include <opencv2/core.hpp>"),
     ("clients", "clients/web/a.cpp", '#include "daemon/geometry/camera.hpp"'),
     ("threads", "drivers/replay/a.cpp", "std::jthread reader([] {});"),
     ("threads", "daemon/pipeline/f.cpp", "std::thread t(run);"),
@@ -220,6 +232,8 @@ ALLOWED = (
     ("daemon/publishing/fine.cpp", '#include <dds/dds.h>\n#include <spdlog/spdlog.h>\n#include "TubeEstimate.h"\n'),
     ("daemon/main.cpp", '#include <spdlog/spdlog.h>\n#include "daemon/config/config.hpp"\n'),
     ("drivers/simulation/fine.cpp", '#include "daemon/geometry/camera.hpp"\n#include "drivers/interface/room.hpp"\n'),
+    ("drivers/simulation/sees_rays.cpp", '#include "drivers/simulation/fluoroscope/radiograph.hpp"'),
+    ("drivers/simulation/fluoroscope/fine.cpp", '#include "daemon/geometry/camera.hpp"'),
     ("drivers/replay/fine.cpp", "auto t = std::chrono::steady_clock::now(); std::this_thread::yield();"),
     ("drivers/aurora/fine.cpp", '#include "drivers/interface/em_source.hpp"\n#include "drivers/aurora/bytes.hpp"\n'),
     ("drivers/aurora_serial/fine.cpp", '#include "drivers/aurora/bytes.hpp"\n#include <termios.h>\n'),
