@@ -17,6 +17,7 @@ inline constexpr int kExitUnavailable =
 // outlive `app`. What goes wrong may also be thrown as std::exception: main prints it and exits with
 // kExitFailed.
 CLI::App* add_demo(CLI::App& app, int& exit_code);
+CLI::App* add_simulate(CLI::App& app, int& exit_code);
 CLI::App* add_echo(CLI::App& app, int& exit_code);
 CLI::App* add_stat(CLI::App& app, int& exit_code);
 CLI::App* add_reconstruct(CLI::App& app, int& exit_code);

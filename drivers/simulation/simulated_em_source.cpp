@@ -1,20 +1,22 @@
 #include "drivers/simulation/simulated_em_source.hpp"
 
 #include <algorithm>
-#include <numbers>
+#include <cmath>
 
 #include "drivers/interface/monotonic_clock.hpp"
-#include "drivers/simulation/em_noise.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
-
 SampleClock em_clock(const DriverSettings& settings) {
   return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("em_rate_hz"),
           settings.get<double>("em_latency_ms")};
+}
+
+std::chrono::nanoseconds stamp_error(const SimulatedWorld& world) {
+  const Scenario* scenario = world.scenario();
+  return std::chrono::nanoseconds(scenario == nullptr ? 0 : std::llround(1e9 * scenario->em_clock_error_s));
 }
 
 }  // namespace
@@ -22,10 +24,8 @@ SampleClock em_clock(const DriverSettings& settings) {
 SimulatedEmSource::SimulatedEmSource(const RoomDescription& room, const DriverSettings& settings)
     : world_(room, settings),
       clock_(em_clock(settings)),
-      T_em_world_(room.T_world_em.inverse()),
-      seed_(settings.get<std::int64_t>("seed")),
-      lambda_mm_(settings.get<double>("lambda_mm")),
-      psi_rad_(settings.get<double>("psi_deg") * kRadPerDeg),
+      stamp_error_(stamp_error(world_)),
+      tracker_(world_, settings, 1 / settings.get<double>("em_rate_hz")),
       control_folder_(settings.get<std::string>("control_folder")) {}
 
 OpenResult SimulatedEmSource::open() {
@@ -59,7 +59,7 @@ ReadOutcome SimulatedEmSource::read(EmFrame& frame, MonotonicTime deadline) noex
   shown_ = faults_.stuck ? shown_ : next_;
   measure(shown_, frame);
   spoil(frame);
-  frame.measured = clock_.taken(next_);
+  frame.measured = clock_.taken(next_) + stamp_error_;
   frame.tracker_frame = static_cast<std::uint32_t>(next_);
   frame.received = now;
   ++next_;
@@ -70,30 +70,17 @@ void SimulatedEmSource::measure(std::int64_t k, EmFrame& frame) const noexcept {
   frame.origin = Origin::kSimulated;
   frame.coil_count = 0;
   frame.coils.fill(CoilSample{});
+  const double t_s = world_.seconds(clock_.taken(k));
   const auto& instruments = world_.room().instruments;
   for (std::size_t instrument = 0; instrument < instruments.size(); ++instrument) {
     for (const CoilPlacement& coil : instruments[instrument].coils) {
       if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
         frame.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-            measure_coil(static_cast<int>(instrument), coil, k);
+            tracker_.measure(world_, static_cast<int>(instrument), coil, k, t_s);
         frame.coil_count = std::max(frame.coil_count, coil.sensor);
       }
     }
   }
-}
-
-CoilSample SimulatedEmSource::measure_coil(int instrument, const CoilPlacement& coil,
-                                           std::int64_t k) const noexcept {
-  const double t_s = world_.seconds(clock_.taken(k));
-  const Eigen::Vector3d p_em_mm = T_em_world_ * world_.point(instrument, t_s, coil.offset_from_tip_mm);
-  const Eigen::Vector3d tangent_em =
-      T_em_world_.linear() * world_.tangent(instrument, t_s, coil.offset_from_tip_mm);
-  CounterRandom random(seed_, coil.sensor, k);
-  CoilSample sample;
-  sample.status = CoilStatus::kOk;
-  sample.p_em_mm = noisy_position(p_em_mm, lambda_mm_, random);
-  sample.tangent_em = noisy_tangent(tangent_em, psi_rad_, random) * (coil.flipped ? -1 : 1);
-  return sample;
 }
 
 void SimulatedEmSource::spoil(EmFrame& frame) const noexcept {

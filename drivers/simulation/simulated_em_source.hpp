@@ -1,16 +1,18 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "drivers/simulation/fault_socket.hpp"
 #include "drivers/simulation/sample_clock.hpp"
+#include "drivers/simulation/simulated_tracker.hpp"
 #include "drivers/simulation/simulated_world.hpp"
 
 namespace tubed {
 
-/// A tracker that measures the coils of all simulated catheters with the noise of Eq. (19)-(20). Called by
-/// the EM acquisition thread. What measurement k says is a pure function of the settings and k. A late reader
-/// gets every measurement in order; those of a stall are lost.
+/// A tracker that measures the coils of all simulated catheters, with the errors of the preset or, for
+/// "arch", the noise of Eq. (19)-(20). Called by the EM acquisition thread. What measurement k says is a pure
+/// function of the settings and k. A late reader gets every measurement in order; those of a stall are lost.
 class SimulatedEmSource final : public EmSource {
  public:
   SimulatedEmSource(const RoomDescription& room, const DriverSettings& settings);
@@ -21,16 +23,12 @@ class SimulatedEmSource final : public EmSource {
 
  private:
   void measure(std::int64_t k, EmFrame& frame) const noexcept;
-  [[nodiscard]] CoilSample measure_coil(int instrument, const CoilPlacement& coil,
-                                        std::int64_t k) const noexcept;
   void spoil(EmFrame& frame) const noexcept;
 
   SimulatedWorld world_;
   SampleClock clock_;
-  RigidTransform T_em_world_;
-  std::int64_t seed_;
-  double lambda_mm_;
-  double psi_rad_;
+  std::chrono::nanoseconds stamp_error_;  ///< of the preset's tracker
+  SimulatedTracker tracker_;
   std::string control_folder_;
   FaultSocket control_;
   Faults faults_;

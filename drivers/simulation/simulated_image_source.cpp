@@ -18,6 +18,7 @@ SampleClock image_clock(const DriverSettings& settings) {
 SimulatedImageSource::SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings,
                                            int camera_index)
     : camera_(room.cameras.at(static_cast<std::size_t>(camera_index))),
+      camera_index_(camera_index),
       world_(room, settings),
       clock_(image_clock(settings)),
       renderer_(camera_, world_, settings.get<std::int64_t>("seed"), settings.get<double>("cnr")),
@@ -62,12 +63,19 @@ ReadOutcome SimulatedImageSource::read(ImageFrame& frame, MonotonicTime deadline
   return ReadOutcome::kFrame;
 }
 
+bool SimulatedImageSource::exposed(std::int64_t k) const noexcept {
+  const Scenario* scenario = world_.scenario();
+  return scenario == nullptr ||
+         (scenario->fluoroscopy_on(world_.scenario_time_s(world_.seconds(clock_.taken(k)))) &&
+          (camera_index_ == 0 || k % scenario->second_view_every == 0));
+}
+
 void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   shown_ = faults_.stuck ? shown_ : next_;
   frame.exposure = clock_.taken(next_);
   frame.frame_number = static_cast<std::uint32_t>(next_);
   frame.origin = Origin::kSimulated;
-  frame.fluoroscopy_on = !faults_.fluoroscopy_off;
+  frame.fluoroscopy_on = !faults_.fluoroscopy_off && exposed(next_);
   frame.width = camera_.width;
   frame.height = camera_.height;
   frame.depth = PixelDepth::kGrey8;

@@ -23,8 +23,11 @@ class SimulatedImageSource final : public ImageSource {
 
  private:
   void fill(ImageFrame& frame) noexcept;
+  /// Does the preset radiate at exposure k in this view?
+  [[nodiscard]] bool exposed(std::int64_t k) const noexcept;
 
   CameraCalibration camera_;
+  int camera_index_;
   SimulatedWorld world_;
   SampleClock clock_;
   FluoroscopeRenderer renderer_;

@@ -15,6 +15,7 @@ constexpr double kEntryY_mm = 430;  ///< below the image: the rear of the cathet
 constexpr double kMiddleInsertion_mm = 595;  ///< tip just past the top of the arch
 constexpr double kTravel_mm = 75;            ///< to either side of it
 constexpr double kTurnOfNextVessel_rad = 0.35;
+constexpr double kDelayOfNextRun_s = 5;
 const Eigen::Vector3d kOffsetOfNextVessel_mm(14, 8, 0);
 
 /// Bend directions count from the normal, which points to image left; a quarter turn on is depth.
@@ -62,9 +63,21 @@ SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& setti
     catheters_.push_back(first_with_same_coils(room_.instruments, instrument));
     vessels_.push_back(vessel_of(instrument));
   }
+  const std::string& preset = settings.get<std::string>("preset");
+  if (preset != "arch") {
+    scenario_ = std::make_shared<const Scenario>(make_scenario(preset, settings.get<std::int64_t>("seed")));
+    run_ = std::make_shared<const PlayedRun>(shared_run_of(*scenario_), scenario_->steps_per_s);
+  }
+}
+
+double SimulatedWorld::scenario_time_s(double t_s) const {
+  return run_ == nullptr ? t_s : std::fmod(std::max(t_s, 0.0), 2 * run_->duration_s());
 }
 
 double SimulatedWorld::insertion_mm(int instrument, double t_s) const {
+  if (run_ != nullptr) {
+    return run_->insertion_mm(t_s - kDelayOfNextRun_s * instrument);
+  }
   const double angular_speed = greatest_speed_mm_s_ / kTravel_mm;
   return kMiddleInsertion_mm + kTravel_mm * std::sin(angular_speed * t_s + instrument);
 }
@@ -79,6 +92,10 @@ Eigen::Vector3d SimulatedWorld::tangent(int instrument, double t_s, double s_mm)
 
 VesselPoint SimulatedWorld::at(int instrument, double t_s, double s_mm) const {
   const int catheter = catheter_of(instrument);
+  if (run_ != nullptr) {
+    const ShapePoint point = run_->at(t_s - kDelayOfNextRun_s * catheter, s_mm);
+    return {point.p_world_mm + catheter * kOffsetOfNextVessel_mm, point.tangent_world};
+  }
   return vessels_[static_cast<std::size_t>(catheter)].at(insertion_mm(catheter, t_s) - s_mm);
 }
 

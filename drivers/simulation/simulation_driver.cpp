@@ -10,6 +10,16 @@ namespace tubed {
 std::vector<SettingDescription> simulation_settings() {
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
   return {
+      {"preset",
+       std::string("arch"),
+       false,
+       -kNoLimit,
+       kNoLimit,
+       {"arch", "paper", "field", "frozen", "clinical", "biplane"},
+       "",
+       "what is simulated; all but arch push a catheter through an aorta, set the tracker's errors "
+       "themselves and "
+       "take some seconds to start"},
       {"seed",
        std::int64_t{1},
        false,
@@ -17,7 +27,8 @@ std::vector<SettingDescription> simulation_settings() {
        1e15,
        {},
        "",
-       "of noise and background; the catheters move the same for all"},
+       "of noise and background, and of the patient in a preset; in the arch the catheters move the same for "
+       "all"},
       {"epoch_ns",
        std::int64_t{0},
        false,

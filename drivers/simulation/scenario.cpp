@@ -1,0 +1,249 @@
+#include "drivers/simulation/scenario.hpp"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "drivers/simulation/counter_random.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+const Eigen::Vector3d kViewCentre_mm(0, 0, -75);  ///< the arch in the upper third of the image
+
+/// Sec. 3.1: 400 x 600 px, f = 2000 px, principal point (200, 300), 1200 mm away.
+CameraCalibration paper_camera(const std::string& name, double lao_rad, double cranial_rad) {
+  CameraCalibration camera;
+  camera.name = name;
+  camera.width = 400;
+  camera.height = 600;
+  camera.fx = camera.fy = 2000;
+  camera.cx = 200;
+  camera.cy = 300;
+  camera.T_camera_world = c_arm_view(lao_rad, cranial_rad, 1200, kViewCentre_mm);
+  return camera;
+}
+
+/// Sec. 3.1: five coils, 10 mm from the tip and 80, 80, 100, 100 mm on.
+InstrumentDescription paper_catheter() {
+  InstrumentDescription catheter;
+  catheter.id = "cath-1";
+  int sensor = 0;
+  for (const double offset_mm : {10.0, 90.0, 170.0, 270.0, 370.0}) {
+    catheter.coils.push_back({++sensor, offset_mm, false});
+  }
+  return catheter;
+}
+
+/// A field generator somewhere beside the table, turned by whatever its arm allows.
+RigidTransform placed_generator(CounterRandom& random) {
+  const Eigen::Vector3d axis(random.signed_unit(), random.signed_unit(), random.signed_unit() + 0.1);
+  const Eigen::AngleAxisd turn(std::numbers::pi * random.unit(), axis.normalized());
+  const Eigen::Vector3d place_mm(150 + 100 * random.unit(), 200 + 60 * random.signed_unit(),
+                                 -150 + 100 * random.signed_unit());
+  return RigidTransform(Eigen::Translation3d(place_mm) * turn);
+}
+
+RigidTransform small_motion(CounterRandom& random, double shift_mm, double turn_rad) {
+  const auto direction = [&] {
+    Eigen::Vector3d drawn;
+    do {
+      drawn = {random.signed_unit(), random.signed_unit(), random.signed_unit()};
+    } while (drawn.norm() > 1 || drawn.norm() < 0.1);
+    return drawn.normalized();
+  };
+  const Eigen::Vector3d shift = shift_mm * direction();
+  return RigidTransform(Eigen::Translation3d(shift) * Eigen::AngleAxisd(turn_rad, direction()));
+}
+
+/// What all presets share: another patient for each seed, the paper's commands and catheter, one view that
+/// faces the arch.
+Scenario common(std::string name, std::string meaning, std::int64_t seed, double more_lao_rad,
+                double cranial_rad) {
+  Scenario scenario;
+  scenario.name = std::move(name);
+  scenario.meaning = std::move(meaning);
+  scenario.seed = seed;
+  scenario.patient = aorta_of_patient(seed);
+  scenario.commands = paper_commands();
+  scenario.room.instruments = {paper_catheter()};
+  const double facing_rad = std::numbers::pi / 2 - scenario.patient.arch_turn_from_anterior_rad;
+  scenario.room.cameras = {paper_camera("A", facing_rad + more_lao_rad, cranial_rad)};
+  return scenario;
+}
+
+Scenario paper(std::int64_t seed) {
+  Scenario scenario =
+      common("paper", "Sec. 3.1: noise of 4 mm and 3 deg drawn anew with every image, view faces the arch",
+             seed, 0, 0);
+  scenario.em_with_every_image = true;
+  scenario.em.lambda_mm = 4;
+  scenario.em.psi_rad = 3 * kDegree;
+  return scenario;
+}
+
+Scenario field(std::int64_t seed) {
+  Scenario scenario =
+      common("field", "a static warp of the tracker's field up to 4 mm and 3 deg, jitter 0.5 mm", seed,
+             10 * kDegree, 5 * kDegree);
+  CounterRandom random(seed, 7201, 0);
+  scenario.room.T_world_em = placed_generator(random);
+  scenario.em_phase_s = 0.025 * random.unit();
+  scenario.em.warp_mm = 4;
+  scenario.em.warp_rad = 3 * kDegree;
+  scenario.em.jitter_mm = 0.5;
+  scenario.em.jitter_rad = 0.2 * kDegree;
+  return scenario;
+}
+
+Scenario frozen(std::int64_t seed) {
+  Scenario scenario = common("frozen", "every coil is off by 4 mm and 3 deg, always the same, jitter 0.3 mm",
+                             seed, 5 * kDegree, 0);
+  CounterRandom random(seed, 7202, 0);
+  scenario.room.T_world_em = placed_generator(random);
+  scenario.em_phase_s = 0.025 * random.unit();
+  scenario.em.lambda_mm = 4;
+  scenario.em.psi_rad = 3 * kDegree;
+  scenario.em.draw = NoiseDraw::kOncePerCoil;
+  scenario.em.jitter_mm = 0.3;
+  scenario.em.jitter_rad = 0.1 * kDegree;
+  return scenario;
+}
+
+/// In, with a look back and a turn on the way.
+std::vector<CatheterCommand> clinical_commands() {
+  std::vector<CatheterCommand> commands = paper_commands();
+  std::vector<CatheterCommand> look_back(20, CatheterCommand{-1, 0, 0});
+  look_back.insert(look_back.end(), 5, CatheterCommand{0, 4 * kDegree, 0});
+  look_back.insert(look_back.end(), 15, CatheterCommand{});
+  look_back.insert(look_back.end(), 20, CatheterCommand{1, 0, 0});
+  commands.insert(commands.begin() + 130, look_back.begin(), look_back.end());
+  return commands;
+}
+
+Scenario clinical(std::int64_t seed) {
+  Scenario scenario =
+      common("clinical",
+             "pauses of fluoroscopy, drop-outs, outliers reported OK, a stuck coil, metal passing "
+             "by, registration off by 1 mm and 0.3 deg, warped field",
+             seed, -6 * kDegree, -6 * kDegree);
+  CounterRandom random(seed, 7203, 0);
+  scenario.commands = clinical_commands();
+  scenario.steps_per_s = 12;
+  scenario.frame_rate_hz = 15;
+  scenario.room.T_world_em = placed_generator(random);
+  scenario.registration_error = small_motion(random, 1.0, 0.3 * kDegree);
+  scenario.em_phase_s = 0.025 * random.unit();
+  scenario.em_clock_error_s = 0.004;
+  scenario.em.warp_mm = 3;
+  scenario.em.warp_rad = 2 * kDegree;
+  scenario.em.jitter_mm = 0.6;
+  scenario.em.jitter_rad = 0.3 * kDegree;
+  scenario.em.drop_out_share = 0.01;
+  const double first_s = 4 + 2 * random.unit();
+  scenario.fluoroscopy_off = {{first_s, first_s + 2}, {first_s + 14, first_s + 17}};
+  const auto any_sensor = [&] { return 1 + static_cast<int>(5 * random.unit()); };
+  scenario.em.events = {
+      {EmEventKind::kDropOut, any_sensor(), first_s + 3, first_s + 4.5, 0},
+      {EmEventKind::kOutlier, any_sensor(), first_s + 6, first_s + 6.4, 25},
+      {EmEventKind::kStuck, any_sensor(), first_s + 9, first_s + 10, 0},
+      {EmEventKind::kOutOfVolume, 5, first_s + 12, first_s + 13, 0},
+  };
+  const Eigen::Vector3d beside_em_mm = scenario.room.T_world_em.inverse() * Eigen::Vector3d(160, -40, -250);
+  const Eigen::Vector3d along_em =
+      scenario.room.T_world_em.linear().transpose() * Eigen::Vector3d(-10, 0, 30);
+  scenario.em.metal = {{6, 4 * kDegree, 70, beside_em_mm, along_em, first_s + 18, first_s + 26}};
+  return scenario;
+}
+
+Scenario biplane(std::int64_t seed) {
+  Scenario scenario =
+      common("biplane", "a second view, a quarter turn away, with every sixth exposure; warped field", seed,
+             5 * kDegree, 0);
+  CounterRandom random(seed, 7204, 0);
+  const double facing_rad = std::numbers::pi / 2 - scenario.patient.arch_turn_from_anterior_rad;
+  scenario.room.cameras.push_back(paper_camera("B", facing_rad - 85 * kDegree, 0));
+  scenario.second_view_every = 6;
+  scenario.room.T_world_em = placed_generator(random);
+  scenario.em_phase_s = 0.025 * random.unit();
+  scenario.em.warp_mm = 3;
+  scenario.em.warp_rad = 2 * kDegree;
+  scenario.em.jitter_mm = 0.5;
+  scenario.em.jitter_rad = 0.2 * kDegree;
+  return scenario;
+}
+
+}  // namespace
+
+const std::vector<std::string>& preset_names() {
+  static const std::vector<std::string> names{"paper", "field", "frozen", "clinical", "biplane"};
+  return names;
+}
+
+Scenario make_scenario(std::string_view preset, std::int64_t seed) {
+  using Maker = Scenario (*)(std::int64_t);
+  static const std::map<std::string, Maker, std::less<>> makers{
+      {"paper", paper}, {"field", field}, {"frozen", frozen}, {"clinical", clinical}, {"biplane", biplane}};
+  const auto found = makers.find(preset);
+  if (found == makers.end()) {
+    throw std::invalid_argument("there is no preset '" + std::string(preset) +
+                                "'; there are paper, field, frozen, clinical, biplane");
+  }
+  return found->second(seed);
+}
+
+bool Scenario::fluoroscopy_on(double t_s) const {
+  return std::none_of(fluoroscopy_off.begin(), fluoroscopy_off.end(),
+                      [&](const TimeSpan& span) { return span.contains(t_s); });
+}
+
+Eigen::AlignedBox3d working_volume_mm(const RigidTransform& T_em_world) {
+  const Eigen::AlignedBox3d world_mm(Eigen::Vector3d(-100, -100, -450), Eigen::Vector3d(100, 100, 60));
+  return world_mm.transformed(T_em_world);
+}
+
+Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress) {
+  const Vessel vessel = make_aorta(scenario.patient);
+  // The reference of the introducer is anterior; the arch turns from there toward the right.
+  const CatheterisationStart start =
+      start_for(vessel, -scenario.patient.arch_turn_from_anterior_rad, scenario.seed, scenario.commands);
+  return catheterise(vessel, {}, start, scenario.commands, progress);
+}
+
+std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
+                                                     const std::function<void(std::size_t)>& progress) {
+  static std::mutex mutex;
+  static std::map<std::pair<std::string, std::int64_t>, std::weak_ptr<const Catheterisation>> runs;
+  const std::lock_guard lock(mutex);
+  auto& known = runs[{scenario.name, scenario.seed}];
+  std::shared_ptr<const Catheterisation> run = known.lock();
+  if (run == nullptr) {
+    run = std::make_shared<const Catheterisation>(run_scenario(scenario, progress));
+    known = run;
+  }
+  return run;
+}
+
+RigidTransform c_arm_view(double lao_rad, double cranial_rad, double distance_mm,
+                          const Eigen::Vector3d& target_world_mm) {
+  const Eigen::Vector3d anterior = -Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d left = Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d superior = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d level = std::cos(lao_rad) * anterior + std::sin(lao_rad) * left;
+  const Eigen::Vector3d toward_camera = std::cos(cranial_rad) * level + std::sin(cranial_rad) * superior;
+  Eigen::Matrix3d axes;  // rows: camera's x, y, z in the world
+  axes.row(2) = -toward_camera;
+  axes.row(0) = superior.cross(toward_camera).normalized();
+  axes.row(1) = axes.row(2).cross(axes.row(0));
+  RigidTransform T_camera_world = RigidTransform::Identity();
+  T_camera_world.linear() = axes;
+  T_camera_world.translation() = Eigen::Vector3d(0, 0, distance_mm) - axes * target_world_mm;
+  return T_camera_world;
+}
+
+}  // namespace tubed

@@ -1,0 +1,72 @@
+// The presets of the simulation: patient, motion, views, tracker and what goes wrong, by name and seed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/interface/room.hpp"
+#include "drivers/simulation/aorta.hpp"
+#include "drivers/simulation/catheterisation.hpp"
+#include "drivers/simulation/em_errors.hpp"
+
+namespace tubed {
+
+/// From and until, s.
+struct TimeSpan {
+  double from_s = 0;
+  double until_s = 0;
+  [[nodiscard]] bool contains(double t_s) const { return t_s >= from_s && t_s < until_s; }
+};
+
+/// Everything that a preset is, for one seed.
+struct Scenario {
+  std::string name;
+  std::string meaning;  ///< one line for a person
+  std::int64_t seed = 0;
+  AortaDimensions patient;
+  std::vector<CatheterCommand> commands;
+  double steps_per_s = 7.5;    ///< commands a second
+  double frame_rate_hz = 7.5;  ///< exposures of the first view
+  int second_view_every = 1;   ///< of the first view's exposures has one of the second view with it
+  double em_rate_hz = 40;
+  double em_phase_s = 0;             ///< of the first measurement after the first exposure
+  double em_clock_error_s = 0;       ///< the tracker's time stamps are so much late
+  bool em_with_every_image = false;  ///< one measurement at each exposure instead of em_rate_hz
+  EmErrorSettings em;
+  RoomDescription room;  ///< cameras, registration as it is given to the daemon, one catheter
+  /// The true registration is room.T_world_em * registration_error.
+  RigidTransform registration_error = RigidTransform::Identity();
+  std::vector<TimeSpan> fluoroscopy_off;
+  double contrast_to_noise = 2.7;  ///< of the catheter, a pixel
+
+  [[nodiscard]] bool fluoroscopy_on(double t_s) const;
+};
+
+/// Where the part of a catheter that is asked for can be, in the tracker's frame.
+Eigen::AlignedBox3d working_volume_mm(const RigidTransform& T_em_world);
+
+/// paper, field, frozen, clinical, biplane.
+const std::vector<std::string>& preset_names();
+
+/// Throws std::invalid_argument, naming the presets there are, for another name.
+Scenario make_scenario(std::string_view preset, std::int64_t seed);
+
+/// Runs the scenario's mechanics: its vessel, then all commands; two to four seconds.
+Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress = {});
+
+/// The same, computed once for all who hold it in this process. Waits for whoever is computing it.
+std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
+                                                     const std::function<void(std::size_t)>& progress = {});
+
+/// The view of a C-arm turned to the left anterior oblique by `lao_rad` (negative: right) and cranially by
+/// `cranial_rad`, as it is displayed: seen from the side of the detector, the patient's head up, at
+/// `distance_mm` from `target_world_mm`, which is seen at the principal point. World frame as for
+/// make_aorta().
+RigidTransform c_arm_view(double lao_rad, double cranial_rad, double distance_mm,
+                          const Eigen::Vector3d& target_world_mm);
+
+}  // namespace tubed
