@@ -2,10 +2,10 @@
 
 namespace tubed {
 
-NormalEquations::NormalEquations(int coefficient_count)
-    : coefficient_count_(coefficient_count),
-      matrix_(Eigen::MatrixXd::Zero(3 * coefficient_count, 3 * coefficient_count)),
-      gradient_(Eigen::VectorXd::Zero(3 * coefficient_count)),
+NormalEquations::NormalEquations(int column_count)
+    : column_count_(column_count),
+      matrix_(Eigen::MatrixXd::Zero(3 * column_count, 3 * column_count)),
+      gradient_(Eigen::VectorXd::Zero(3 * column_count)),
       factor_(matrix_),
       inverse_(matrix_),
       solution_(gradient_) {}
@@ -45,6 +45,26 @@ void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weig
   cost_ += residual.squaredNorm();
 }
 
+void NormalEquations::add_with(int first, const std::array<double, 4>& weights,
+                               const Eigen::Matrix3d& gradient, int further, double further_scale,
+                               const Eigen::Vector3d& residual) {
+  const Eigen::Matrix3d squared = gradient.transpose() * gradient;
+  const Eigen::Vector3d pull = gradient.transpose() * residual;
+  for (int a = 0; a < 4; ++a) {
+    const double weight = weights[static_cast<std::size_t>(a)];
+    gradient_.segment<3>(3 * (first + a)) += weight * pull;
+    for (int b = 0; b <= a; ++b) {
+      matrix_.block<3, 3>(3 * (first + a), 3 * (first + b)) +=
+          weight * weights[static_cast<std::size_t>(b)] * squared;
+    }
+    // Only the lower triangle is kept, and a further column stands behind the coefficients.
+    matrix_.block<3, 3>(3 * further, 3 * (first + a)) += further_scale * weight * gradient;
+  }
+  gradient_.segment<3>(3 * further) += further_scale * residual;
+  matrix_.block<3, 3>(3 * further, 3 * further).diagonal().array() += further_scale * further_scale;
+  cost_ += residual.squaredNorm();
+}
+
 void NormalEquations::add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
   matrix_ += information;
   solution_.noalias() = information * departure;
@@ -61,7 +81,7 @@ bool NormalEquations::solve(double damping, Eigen::Matrix3Xd& step) {
   }
   solution_ = -gradient_;
   cholesky.solveInPlace(solution_);
-  for (int k = 0; k < coefficient_count_; ++k) {
+  for (int k = 0; k < column_count_; ++k) {
     step.col(k) = solution_.segment<3>(3 * k);
   }
   return solution_.allFinite();

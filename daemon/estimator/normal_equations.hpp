@@ -7,12 +7,13 @@
 
 namespace tubed {
 
-/// The unknowns are n coefficients of 3 components (coefficient k at rows 3k .. 3k+2). A residual touches
-/// four neighbouring coefficients (a point, tangent or second derivative of the cubic B-spline at one s). All
+/// The unknowns are n columns of 3 components (column k at rows 3k .. 3k+2): the coefficients, and behind
+/// them whatever else is estimated, as the errors of coils. A residual touches four neighbouring coefficients
+/// (a point, tangent or second derivative of the cubic B-spline at one s) and at most one further column. All
 /// memory is taken in the constructor.
 class NormalEquations {
  public:
-  explicit NormalEquations(int coefficient_count);
+  explicit NormalEquations(int column_count);
 
   void clear();
 
@@ -23,6 +24,11 @@ class NormalEquations {
   /// Three whitened residuals at once: r with dr/dC_k = weights[k] * scale * I.
   void add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                      const Eigen::Vector3d& residual);
+
+  /// Three whitened residuals at once: r with dr/dC_k = weights[k] * gradient for the four coefficients and
+  /// dr/dC_further = further_scale * I for the column `further`, which must not be one of the four.
+  void add_with(int first, const std::array<double, 4>& weights, const Eigen::Matrix3d& gradient, int further,
+                double further_scale, const Eigen::Vector3d& residual);
 
   /// A Gaussian prior: information matrix (3n x 3n, symmetric) around a mean from which C has gone by
   /// `departure`.
@@ -38,14 +44,14 @@ class NormalEquations {
   /// Covariance of sum_k weights[k] C_{first + k}, mm^2. Precondition: invert() was true.
   [[nodiscard]] Eigen::Matrix3d covariance(int first, const std::array<double, 4>& weights) const;
 
-  /// All of the inverse, 3n x 3n, coefficient k at rows 3k .. 3k + 2. Precondition: invert() was true.
+  /// All of the inverse, 3n x 3n, column k at rows 3k .. 3k + 2. Precondition: invert() was true.
   [[nodiscard]] const Eigen::MatrixXd& inverse() const { return inverse_; }
 
   /// Sum of the squares of all residuals added since clear().
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
-  int coefficient_count_;
+  int column_count_;
   double cost_ = 0;
   Eigen::MatrixXd matrix_;    ///< lower triangle of J^T J
   Eigen::VectorXd gradient_;  ///< J^T r

@@ -9,29 +9,18 @@ namespace tubed {
 
 namespace {
 
-// Motion, per root second for random walks. 0.95 mm is 0.2 mm in the 44 ms that a push of 1 mm takes at 22.5
-// mm/s.
-constexpr double kSideways_mm = 2.0;
-constexpr double kSidewaysAtTip_mm = 4.3;
-constexpr double kTipReach_mm = 30;        // over which the tip's freedom fades
-constexpr double kSidewaysLength_mm = 25;  // correlation along the tube
-constexpr double kSlidingSpeed_mm_s = 30;  // how fast it is pushed or pulled
-// Stiffness is knowledge about every shape, not news of each frame: reapplied at full weight it would count
-// again and again and make the filter sure of what it does not know.
-constexpr double kStrainSigmaFactor = 18;
-constexpr double kBendingFactor = 0.05;
+constexpr double kNoStrain = 1e3;           // sigma factor that switches it off
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
-// EM errors of neighbouring measurements are alike; as many as fit into this time count as one.
-constexpr double kEmCorrelation_s = 0.1;
-// Motion is set free when the coils say that more happens than was expected: a smoothed chi^2 per degree of
-// freedom.
-constexpr double kRestlessMemory_s = 0.3;
-constexpr double kRestlessPower = 2;
-constexpr double kRestlessFrom = 0.5;
-constexpr double kRestlessMost = 20;
-constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
-constexpr std::chrono::milliseconds kLostAfter{
-    100};  // a coil that contradicts for so long is right and we are wrong
+// A coil's lasting error changes as the coil moves through the field.
+constexpr double kErrorLength_mm = 1000;
+// Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
+constexpr double kFreedomMemory_s = 0.5;
+constexpr double kFreedomLeast = 1;
+constexpr double kFreedomMost = 10;
+constexpr double kGate = 25;          // chi^2 of a coil's position, 3 dof: 1.5e-5
+constexpr double kLostAfter_s = 0.5;  // when a few coils contradict and no image says who is right
+constexpr double kLostThoughConfirmed_s = 5;
+constexpr double kConfirmedFor_s = 0.5;
 constexpr int kLostImages = 3;
 constexpr double kFewestAgreeing = 0.62;  // share of lines; as in SingleFrameSolver
 constexpr double kDoubtfulAgreeing = 0.78;
@@ -49,36 +38,27 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       T_world_em_(room.T_world_em),
       registered_(room.registered),
       start_(settings, instrument.length_mm),
-      map_(settings, instrument.length_mm),
+      map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
       views_(settings, instrument, room),
-      C_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
-      P_(Eigen::MatrixXd::Identity(3 * settings.coefficient_count, 3 * settings.coefficient_count)),
+      motion_(map_.spline(), map_.column_count()),
+      noise_(settings),
+      C_(Eigen::Matrix3Xd::Zero(3, map_.column_count())),
+      C_before_(C_),
+      m_(C_),
+      P_(Eigen::MatrixXd::Identity(C_.size(), C_.size())),
       prior_{P_, C_},
       factor_(P_),
-      sideways_(settings.coefficient_count, settings.coefficient_count),
-      departure_(Eigen::VectorXd::Zero(3 * settings.coefficient_count)),
-      information_times_departure_(departure_),
-      sliding_(departure_) {
-  map_.set_stiffness(kStrainSigmaFactor, kBendingFactor);
-  const double h = map_.spline().spacing_mm();
-  const auto freedom = [h](int coefficient) {
-    const double s_mm = std::max(0.0, (coefficient - 1) * h);
-    return kSideways_mm + (kSidewaysAtTip_mm - kSideways_mm) * std::exp(-s_mm / kTipReach_mm);
-  };
-  for (int i = 0; i < settings.coefficient_count; ++i) {
-    for (int j = 0; j < settings.coefficient_count; ++j) {
-      const double distance = (i - j) * h / kSidewaysLength_mm;
-      sideways_(i, j) = freedom(i) * freedom(j) * std::exp(-0.5 * distance * distance);
-    }
-  }
-}
+      departure_(Eigen::VectorXd::Zero(C_.size())),
+      information_times_departure_(departure_) {}
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
+  noise_.reset();
   has_state_ = false;
   has_covariance_ = false;
   gated_ = {};
   images_without_tube_ = 0;
+  heard_ = MonotonicTime{};
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
@@ -94,7 +74,10 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   if (is_stale(frame, observation, settings_)) {
     estimate.reasons.add(Reason::kEmStale);
   } else {
-    if (!has_state_ || observation.instant - state_time_ > std::chrono::seconds(1)) {
+    listen(observation, *frame);
+    // Begun while all was taken for noise: too sure of itself if it is not.
+    const bool began_blind = has_state_ && noise_.known() && !began_with_known_noise_;
+    if (!has_state_ || began_blind || observation.instant - state_time_ > std::chrono::seconds(1)) {
       has_state_ = initialise(observation, coils, *frame, estimate);
     } else {
       advance(observation, *frame, coils, estimate);
@@ -111,29 +94,67 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   judge(observation, coils, {true, registered_, converged_, images_}, estimate);
 }
 
+void RecursiveEstimator::listen(const Observation& observation, const EmFrame& newest) {
+  const EmHistory& history = *observation.em;
+  std::size_t waiting = 0;
+  for (const EmFrame* frame = &newest;
+       frame != nullptr && frame->measured > heard_ && waiting < kMostEmFrames;
+       frame = history.before(&newest, waiting)) {
+    ++waiting;
+  }
+  while (waiting > 0) {
+    noise_.observe(*history.before(&newest, --waiting), history, instrument_);
+  }
+  heard_ = newest.measured;
+}
+
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
                                     const EmFrame& frame, TubeEstimate& estimate) {
   gated_ = {};
   images_without_tube_ = 0;
-  restlessness_ = 0;
+  freedom_ = 1;
   if (!start_.solve_em(coils, estimate)) {
     return false;
   }
   if (registered_) {
     images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
-  C_ = start_.C();
-  converged_ = start_.converged();
-  if (!start_.invert(observation, coils, views_)) {
+  const Eigen::Index n = start_.C().cols();
+  const auto k = static_cast<Eigen::Index>(instrument_.coils.size());
+  began_with_known_noise_ = noise_.known();
+  lasting_position_mm_ = noise_.lasting_position_mm();
+  lasting_tangent_ = noise_.lasting_tangent();
+  C_.setZero();
+  C_.leftCols(n) = start_.C();
+  prior_.mean.setZero();
+  prior_.information.setZero();
+  prior_.information.diagonal()
+      .segment(3 * n, 3 * k)
+      .setConstant(1 / (lasting_position_mm_ * lasting_position_mm_));
+  prior_.information.diagonal()
+      .segment(3 * (n + k), 3 * k)
+      .setConstant(1 / (lasting_tangent_ * lasting_tangent_));
+  prior_.information.diagonal().tail<3>().setOnes();
+  map_.set_stiffness(1, 1);
+  map_.set_coil_noise(noise_.noise_position_mm(), noise_.noise_tangent());
+  const auto lines = views_.constraints(observation, 1, false);
+  estimate.iterations +=
+      static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C_, converged_));
+  map_.set_stiffness(kNoStrain, 1);
+  if (!map_.invert_at(coils, lines, &prior_, C_)) {
     return false;
   }
-  P_ = start_.map().coefficient_covariance();
-  // map_ is asked for covariances: let it hold this one.
-  factor_ = P_;
-  prior_.mean = C_;
-  has_covariance_ = refresh_information() && map_.invert_at(CoilObservations{}, {}, &prior_, C_);
+  P_ = map_.coefficient_covariance();
+  motion_.begin(C_, P_);
+  m_ = C_;
+  map_.set_stiffness(1, 1);
+  has_covariance_ = map_.invert_at(coils, lines, &prior_, C_);
   state_time_ = observation.is_image_instant ? observation.instant : frame.measured;
   newest_em_ = frame.measured;
+  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
+    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
+    coil_places_mm_[i] = combine(C_, basis.first, basis.value);
+  }
   return true;
 }
 
@@ -151,52 +172,61 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
     const double interval_s = seconds_between(newest_em_, frame->measured);
     coils = observe(frame, history);
     predict(frame->measured);
-    gate(coils, frame->measured, interval_s);
-    map_.set_em_variance_factor(std::max(1.0, kEmCorrelation_s / std::max(interval_s, 1e-3)));
-    update(coils, {}, estimate);
+    gate(coils, frame->measured);
+    update(coils, {}, interval_s, estimate);
     newest_em_ = frame->measured;
   }
   if (registered_ && observation.is_image_instant) {
     predict(observation.instant);
     update_image(observation, estimate);
   }
-  if (is_lost(state_time_)) {
+  if (!has_state_ || is_lost(state_time_)) {
     coils = observe(&newest, history);
     has_state_ = initialise(observation, coils, newest, estimate);
   }
 }
 
-// Random walk sideways; sliding along itself by an unknown length, the same all along the tube.
 void RecursiveEstimator::predict(MonotonicTime time) {
   const double dt_s = seconds_between(state_time_, time);
   if (dt_s <= 0) {
     return;
   }
   state_time_ = time;
-  const double h = map_.spline().spacing_mm();
-  const Eigen::Index n = C_.cols();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    // d zeta / d sliding = -zeta'(s): toward the tip. The coefficient's own place stands for the curve there.
-    const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0);
-    const Eigen::Index after = std::min<Eigen::Index>(i + 1, n - 1);
-    sliding_.segment<3>(3 * i) =
-        -(C_.col(after) - C_.col(before)) / (static_cast<double>(after - before) * h);
-  }
-  const double freedom =
-      std::clamp(std::pow(restlessness_ / kRestlessFrom, kRestlessPower), 1.0, kRestlessMost);
-  const double slid_mm = kSlidingSpeed_mm_s * dt_s;
-  P_.noalias() += slid_mm * slid_mm * sliding_ * sliding_.transpose();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      P_.block<3, 3>(3 * i, 3 * j).diagonal().array() += sideways_(i, j) * dt_s * freedom;
-    }
+  motion_.predict(dt_s, freedom_, C_, m_, P_);
+  forget_coil_errors();
+}
+
+// A Gauss-Markov process over the way each coil has gone. If more of the error turns out to stay than was
+// thought, that much is added.
+void RecursiveEstimator::forget_coil_errors() {
+  const double was_position_mm = lasting_position_mm_;
+  const double was_tangent = lasting_tangent_;
+  lasting_position_mm_ = noise_.lasting_position_mm();
+  lasting_tangent_ = noise_.lasting_tangent();
+  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
+    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
+    const Eigen::Vector3d place_mm = combine(C_, basis.first, basis.value);
+    const double kept = std::exp(-(place_mm - coil_places_mm_[i]).norm() / kErrorLength_mm);
+    coil_places_mm_[i] = place_mm;
+    const auto age = [&](int column, double sigma, double was) {
+      C_.col(column) *= kept;
+      m_.col(column) *= kept;
+      P_.middleRows<3>(3 * column) *= kept;
+      P_.middleCols<3>(3 * column) *= kept;
+      P_.block<3, 3>(3 * column, 3 * column).diagonal().array() +=
+          (1 - kept * kept) * sigma * sigma + std::max(0.0, sigma * sigma - was * was);
+    };
+    age(map_.position_error_column(static_cast<int>(i)), lasting_position_mm_, was_position_mm);
+    age(map_.tangent_error_column(static_cast<int>(i)), lasting_tangent_, was_tangent);
   }
 }
 
 bool RecursiveEstimator::refresh_information() {
+  prior_.mean = m_;
   factor_ = P_;
   Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
   if (cholesky.info() != Eigen::Success) {
+    has_state_ = false;  // numerically lost: begin again with the next measurement
     return false;
   }
   prior_.information.setIdentity();
@@ -205,28 +235,36 @@ bool RecursiveEstimator::refresh_information() {
 }
 
 bool RecursiveEstimator::update(const CoilObservations& coils, std::span<const ViewConstraints> lines,
-                                TubeEstimate& estimate) {
-  prior_.mean = C_;
+                                double interval_s, TubeEstimate& estimate) {
   if (!refresh_information()) {
-    has_state_ = false;  // numerically lost: begin again with the next measurement
     return false;
   }
+  map_.set_coil_noise(noise_.noise_position_mm(), noise_.noise_tangent());
   estimate.iterations +=
       static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, kUpdateIterations, C_, converged_));
-  has_covariance_ = map_.invert_at(coils, lines, &prior_, C_);
-  if (has_covariance_) {
-    P_ = map_.coefficient_covariance();
-  }
   converged_ = true;  // one step of Gauss-Newton from a prediction is as good as many
+  return keep(coils, lines, interval_s);
+}
+
+// The measurements go on as a Gaussian; the shape is what they and the tube's stiffness make together.
+bool RecursiveEstimator::keep(const CoilObservations& coils, std::span<const ViewConstraints> lines,
+                              double interval_s) {
+  if (!map_.condense(coils, lines, prior_, C_, m_)) {
+    has_state_ = false;
+    return false;
+  }
+  P_ = map_.coefficient_covariance();
+  adapt_freedom(interval_s);
+  has_covariance_ = map_.invert_at(coils, lines, &prior_, C_);
   return true;
 }
 
 void RecursiveEstimator::update_image(const Observation& observation, TubeEstimate& estimate) {
-  prior_.mean = C_;
   if (!refresh_information()) {
-    has_state_ = false;
     return;
   }
+  const double interval_s = seconds_between(confirmed_, observation.instant);
+  C_before_ = C_;
   bool looked = false;
   for (const int reach : kReaches_px) {
     looked = views_.measure(observation, map_.spline(), C_, reach, estimate);
@@ -239,11 +277,25 @@ void RecursiveEstimator::update_image(const Observation& observation, TubeEstima
   }
   converged_ = true;
   judge_images(observation, looked, estimate);
-  const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
-  has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, C_);
-  if (has_covariance_) {
-    P_ = map_.coefficient_covariance();
+  keep(CoilObservations{}, views_.constraints(observation, kImageVarianceFactor, true), interval_s);
+}
+
+// chi^2 of the way from the prediction.
+double RecursiveEstimator::pull(const Eigen::Matrix3Xd& C) {
+  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C_.cols()) = C - prior_.mean;
+  information_times_departure_.noalias() = prior_.information * departure_;
+  return departure_.dot(information_times_departure_);
+}
+
+// With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
+void RecursiveEstimator::adapt_freedom(double interval_s) {
+  const double expected = static_cast<double>(C_.size()) - prior_.information.cwiseProduct(P_).sum();
+  if (expected < 1) {
+    return;
   }
+  const double ratio = std::clamp(pull(m_) / expected, 0.1, 10.0);
+  const double share = std::clamp(interval_s / kFreedomMemory_s, 0.0, 1.0);
+  freedom_ = std::clamp(freedom_ * std::pow(ratio, share), kFreedomLeast, kFreedomMost);
 }
 
 // An image in which too few lines agree, or whose lines pull the prediction further than it can be wrong,
@@ -252,73 +304,78 @@ void RecursiveEstimator::judge_images(const Observation& observation, bool looke
   if (!looked || estimate.in_view_ratio <= 0) {
     return;
   }
-  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C_.cols()) = C_ - prior_.mean;
-  information_times_departure_.noalias() = prior_.information * departure_;
-  const double pull = departure_.dot(information_times_departure_);
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  if (agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull < kDoubtfulPull)) {
+  if (agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(C_) < kDoubtfulPull)) {
     images_ = ImageVerdict::kShowsTube;
     images_without_tube_ = 0;
+    confirmed_ = observation.instant;
     return;
   }
   images_ = ImageVerdict::kLost;
   ++images_without_tube_;
   views_.forget_instant(observation.instant);
   estimate.has_image = false;
-  C_ = prior_.mean;
+  C_ = C_before_;
 }
 
-Eigen::Matrix3d RecursiveEstimator::covariance_at(double s_mm) const {
-  const CubicBasis basis = map_.spline().basis(s_mm);
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int a = 0; a < 4; ++a) {
-    for (int b = 0; b < 4; ++b) {
-      sum += basis.value[static_cast<std::size_t>(a)] * basis.value[static_cast<std::size_t>(b)] *
-             P_.block<3, 3>(3 * (basis.first + a), 3 * (basis.first + b));
+Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {
+  const CubicBasis basis = map_.spline().basis(coil.s_mm);
+  std::array<Eigen::Index, 5> columns{};
+  std::array<double, 5> weights{};
+  for (std::size_t a = 0; a < 4; ++a) {
+    columns[a] = basis.first + static_cast<Eigen::Index>(a);
+    weights[a] = basis.value[a];
+  }
+  columns[4] = map_.position_error_column(index);
+  weights[4] = 1;
+  const double noise_mm = noise_.noise_position_mm();
+  Eigen::Matrix3d sum = noise_mm * noise_mm * Eigen::Matrix3d::Identity();
+  for (std::size_t a = 0; a < 5; ++a) {
+    for (std::size_t b = 0; b < 5; ++b) {
+      sum += weights[a] * weights[b] * P_.block<3, 3>(3 * columns[a], 3 * columns[b]);
     }
   }
   return sum;
 }
 
 // A coil whose position the prediction cannot explain takes no part, for a while.
-void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time, double interval_s) {
-  const double variance = settings_.sigma_position_mm * settings_.sigma_position_mm;
-  double surprise = 0;
-  int judged = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(coils.count); ++i) {
-    CoilObservation& coil = coils.coils[i];
+void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
+  for (int i = 0; i < coils.count; ++i) {
+    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    GatedCoil& gated = gated_[static_cast<std::size_t>(i)];
     if (!coil.used()) {
+      gated = GatedCoil{};
       continue;
     }
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
-    const Eigen::Vector3d innovation = coil.p_world_mm - combine(C_, basis.first, basis.value);
-    const Eigen::Matrix3d expected = covariance_at(coil.s_mm) + variance * Eigen::Matrix3d::Identity();
-    const double chi_squared = innovation.dot(expected.inverse() * innovation);
-    surprise += std::min(chi_squared, kGate);
-    ++judged;
+    const Eigen::Vector3d innovation =
+        coil.p_world_mm - combine(C_, basis.first, basis.value) - C_.col(map_.position_error_column(i));
+    const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
     if (chi_squared <= kGate) {
-      gated_[i] = GatedCoil{};
+      gated = GatedCoil{};
       continue;
     }
     coil.state = CoilState::kOutlier;
-    gated_[i].since = gated_[i].times == 0 ? time : gated_[i].since;
-    ++gated_[i].times;
-  }
-  if (judged > 0) {
-    const double share = std::min(1.0, interval_s / kRestlessMemory_s);
-    restlessness_ += share * (surprise / (3 * judged) - restlessness_);
+    gated.since = gated.times == 0 ? time : gated.since;
+    ++gated.times;
   }
 }
 
+// When most coils contradict, the tube has snapped and they are right. When a few do, images that show the
+// tube where it is expected speak against them for a long while, but not for ever: they do not see depth.
 bool RecursiveEstimator::is_lost(MonotonicTime now) const {
   int gated_now = 0;
+  double longest_s = 0;
   for (const GatedCoil& coil : gated_) {
-    gated_now += coil.times > 0 ? 1 : 0;
-    if (coil.times > 1 && now - coil.since >= kLostAfter) {
-      return true;
+    if (coil.times > 0) {
+      ++gated_now;
+      longest_s = std::max(longest_s, seconds_between(coil.since, now));
     }
   }
-  return gated_now > 1 || images_without_tube_ >= kLostImages;
+  const bool confirmed = to_ns(confirmed_) != 0 && seconds_between(confirmed_, now) < kConfirmedFor_s;
+  return 2 * gated_now > static_cast<int>(instrument_.coils.size()) ||
+         (gated_now > 0 && longest_s >= (confirmed ? kLostThoughConfirmed_s : kLostAfter_s)) ||
+         images_without_tube_ >= kLostImages;
 }
 
 }  // namespace tubed

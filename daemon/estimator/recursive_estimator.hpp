@@ -3,15 +3,16 @@
 
 #include <array>
 
+#include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
+#include "daemon/estimator/tube_motion.hpp"
 
 namespace tubed {
 
-/// See Estimator for thread and promises. State: the coefficients as a Gaussian. Motion: the catheter follows
-/// itself when it is pushed (sliding along itself, one unknown length) and moves sideways a little, most at
-/// the tip. Every EM measurement is an update in the order of time, every image another one. Begins, and
-/// begins again after a loss, from SingleFrameSolver.
+/// See Estimator for thread and promises. State: the coefficients and, for each coil, an error of its
+/// position and its tangent that stays, together a Gaussian. Every EM measurement is an update in the order
+/// of time, every image another one. Begins, and begins again after a loss, from SingleFrameSolver.
 class RecursiveEstimator final : public Estimator {
  public:
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
@@ -28,17 +29,23 @@ class RecursiveEstimator final : public Estimator {
   };
 
   CoilObservations observe(const EmFrame* frame, const EmHistory& history) const;
+  void listen(const Observation& observation, const EmFrame& newest);
   bool initialise(const Observation& observation, CoilObservations& coils, const EmFrame& frame,
                   TubeEstimate& estimate);
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
   void predict(MonotonicTime time);
-  bool update(const CoilObservations& coils, std::span<const ViewConstraints> lines, TubeEstimate& estimate);
+  void forget_coil_errors();
+  bool update(const CoilObservations& coils, std::span<const ViewConstraints> lines, double interval_s,
+              TubeEstimate& estimate);
   void update_image(const Observation& observation, TubeEstimate& estimate);
+  [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
+  bool keep(const CoilObservations& coils, std::span<const ViewConstraints> lines, double interval_s);
+  void adapt_freedom(double interval_s);
   void judge_images(const Observation& observation, bool looked, TubeEstimate& estimate);
-  void gate(CoilObservations& coils, MonotonicTime time, double interval_s);
+  void gate(CoilObservations& coils, MonotonicTime time);
+  [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
   [[nodiscard]] bool is_lost(MonotonicTime now) const;
-  [[nodiscard]] Eigen::Matrix3d covariance_at(double s_mm) const;
   bool refresh_information();
 
   EstimatorSettings settings_;
@@ -48,23 +55,31 @@ class RecursiveEstimator final : public Estimator {
   SingleFrameSolver start_;  ///< with the weights of one frame
   TubeMap map_;              ///< with the weights of one of many frames
   TubeViews views_;
-  Eigen::Matrix3Xd C_;         ///< mean
-  Eigen::MatrixXd P_;          ///< covariance, mm^2
+  TubeMotion motion_;
+  CoilNoise noise_;
+  Eigen::Matrix3Xd C_;         ///< the shape: coefficients, position errors, tangent errors of the coils
+  Eigen::Matrix3Xd C_before_;  ///< the shape before the images of this instant
+  Eigen::Matrix3Xd m_;         ///< mean of what was measured, without stiffness; columns as in C
+  Eigen::MatrixXd P_;          ///< covariance, mm^2 and what the tangents' unit 1 makes of it
   GaussianPrior prior_;        ///< the prediction as the solver wants it
   Eigen::MatrixXd factor_;     ///< scratch
-  Eigen::MatrixXd sideways_;   ///< process noise of one second between coefficients, mm^2 (n x n)
   Eigen::VectorXd departure_;  ///< scratch
-  Eigen::VectorXd information_times_departure_;  ///< scratch
-  Eigen::VectorXd sliding_;  ///< change of the coefficients when the tube slides 1 mm forward
+  Eigen::VectorXd information_times_departure_;              ///< scratch
+  std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm_{};  ///< on the tube, when errors last aged
   std::array<GatedCoil, kMaxCoils> gated_{};
-  double restlessness_ = 0;  ///< smoothed chi^2 of the coils' positions per degree of freedom
+  double freedom_ = 1;  ///< of the sideways motion, learnt from how far updates pull
+  double lasting_position_mm_ = 0;
+  double lasting_tangent_ = 0;
+  bool began_with_known_noise_ = false;
   int images_without_tube_ = 0;
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
+  MonotonicTime confirmed_{};                  ///< newest image that showed the tube where it was expected
   bool has_state_ = false;
   bool has_covariance_ = false;
   bool converged_ = true;
   MonotonicTime state_time_{};
   MonotonicTime newest_em_{};  ///< measurement time of the newest EM frame used
+  MonotonicTime heard_{};      ///< measurement time of the newest EM frame whose noise was looked at
   MonotonicTime shape_time_{};
 };
 

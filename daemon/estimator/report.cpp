@@ -89,7 +89,8 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
   estimate.radius_mm = static_cast<float>(instrument.diameter_mm / 2);
   estimate.length_mm = static_cast<float>(instrument.length_mm);
   estimate.point_count = shape.C != nullptr ? kMaxCentrelinePoints : 0;
-  estimate.coefficient_count = shape.C != nullptr ? static_cast<std::uint32_t>(shape.C->cols()) : 0;
+  estimate.coefficient_count =
+      shape.C != nullptr ? static_cast<std::uint32_t>(shape.spline->coefficient_count()) : 0;
   estimate.coefficient_spacing_mm = static_cast<float>(shape.spline->spacing_mm());
   for (std::size_t i = 0; i < estimate.coefficient_count; ++i) {
     Eigen::Map<Eigen::Vector3d>(estimate.coefficients_mm[i].data()) =

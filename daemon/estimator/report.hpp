@@ -12,7 +12,9 @@ namespace tubed {
 /// A shape to be written. `covariance` nullptr: unknown, written as infinity.
 struct FoundShape {
   const UniformCubicBSpline* spline = nullptr;
-  const Eigen::Matrix3Xd* C = nullptr;  ///< nullptr: there never was a shape
+  /// 3 x at least the spline's coefficients, what stands behind them is no shape; nullptr: there never was
+  /// one.
+  const Eigen::Matrix3Xd* C = nullptr;
   const TubeMap* covariance = nullptr;  ///< whose covariance() may be asked
   MonotonicTime time{};                 ///< the instant the shape is of
 };

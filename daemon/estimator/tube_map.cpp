@@ -13,36 +13,52 @@ constexpr std::array<double, 2> kGaussNodes = {0.21132486540518713, 0.7886751345
 
 }  // namespace
 
-TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm)
+TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_with_error,
+                 int further_columns)
     : settings_(settings),
       spline_(settings.coefficient_count, length_mm),
-      equations_(settings.coefficient_count),
-      step_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
+      coils_with_error_(coils_with_error),
+      further_columns_(further_columns),
+      equations_(column_count()),
+      step_(Eigen::Matrix3Xd::Zero(3, column_count())),
       trial_(step_),
-      departure_(Eigen::VectorXd::Zero(3 * settings.coefficient_count)) {}
+      departure_(Eigen::VectorXd::Zero(step_.size())),
+      sigma_position_mm_(settings.sigma_position_mm),
+      sigma_tangent_(settings.sigma_tangent) {}
 
 void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (!coil.used()) {
-      continue;
-    }
-    const CubicBasis basis = spline_.basis(coil.s_mm);
-    const double weight = 1 / (settings_.sigma_position_mm * em_sigma_factor_);
-    equations_.add_isotropic(basis.first, basis.value, weight,
-                             (combine(C, basis.first, basis.value) - coil.p_world_mm) * weight);
-
-    const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
-    const double speed = std::max(derivative.norm(), 1e-6);
-    const Eigen::Vector3d direction = derivative / speed;
-    const double sigma_tangent = settings_.sigma_tangent * em_sigma_factor_;
-    const Eigen::Vector3d residual = (-direction - coil.tangent_world) / sigma_tangent;
-    const Eigen::Matrix3d turning = -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) /
-                                    (speed * settings_.sigma_tangent);
-    for (int axis = 0; axis < 3; ++axis) {
-      equations_.add(basis.first, basis.first_derivative, turning.row(axis).transpose(), residual[axis]);
+    if (coil.used()) {
+      add_coil(coil, i, C);
     }
   }
+}
+
+void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C) {
+  const CubicBasis basis = spline_.basis(coil.s_mm);
+  const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+  const double speed = std::max(derivative.norm(), 1e-6);
+  const Eigen::Vector3d direction = derivative / speed;
+  Eigen::Vector3d off_mm = combine(C, basis.first, basis.value) - coil.p_world_mm;
+  Eigen::Vector3d turned = -direction - coil.tangent_world;
+  const double position_weight = 1 / sigma_position_mm_;
+  const Eigen::Matrix3d turning =
+      -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent_);
+  if (index >= coils_with_error_) {
+    equations_.add_isotropic(basis.first, basis.value, position_weight, off_mm * position_weight);
+    for (int axis = 0; axis < 3; ++axis) {
+      equations_.add(basis.first, basis.first_derivative, turning.row(axis).transpose(),
+                     turned[axis] / sigma_tangent_);
+    }
+    return;
+  }
+  off_mm += C.col(position_error_column(index));
+  turned += C.col(tangent_error_column(index));
+  equations_.add_with(basis.first, basis.value, position_weight * Eigen::Matrix3d::Identity(),
+                      position_error_column(index), position_weight, off_mm * position_weight);
+  equations_.add_with(basis.first, basis.first_derivative, turning, tangent_error_column(index),
+                      1 / sigma_tangent_, turned / sigma_tangent_);
 }
 
 void TubeMap::add_bending(const Eigen::Matrix3Xd& C) {
@@ -87,10 +103,15 @@ void TubeMap::add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C) {
 
 void TubeMap::linearise(const CoilObservations& coils, std::span<const ViewConstraints> views,
                         const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
-  equations_.clear();
-  add_coils(coils, C);
+  linearise_measurements(coils, views, prior, C);
   add_bending(C);
   add_strain(C);
+}
+
+void TubeMap::linearise_measurements(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                                     const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
+  equations_.clear();
+  add_coils(coils, C);
   for (const ViewConstraints& view : views) {
     add_view(view, C);
   }
@@ -170,6 +191,16 @@ bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConst
                         const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
   linearise(coils, views, prior, C);
   return equations_.invert();
+}
+
+bool TubeMap::condense(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                       const GaussianPrior& prior, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& mean) {
+  linearise_measurements(coils, views, &prior, C);
+  if (!equations_.solve(0, step_) || !equations_.invert()) {
+    return false;
+  }
+  mean = C + step_;
+  return true;
 }
 
 Eigen::Matrix3d TubeMap::covariance(double s_mm) const {

@@ -49,7 +49,12 @@ struct GaussianPrior {
 /// between coils, so the weights here are the noise of the measurements.
 class TubeMap {
  public:
-  TubeMap(const EstimatorSettings& settings, double length_mm);
+  /// `coils_with_error`: how many coils have an error of their own that stays from one measurement to the
+  /// next; it is estimated beside the shape, in further columns of every C (see column_count()). 0: every
+  /// error is noise. `further_columns`: behind those, for whatever the caller estimates beside them by the
+  /// prior.
+  TubeMap(const EstimatorSettings& settings, double length_mm, int coils_with_error = 0,
+          int further_columns = 0);
 
   /// Weights of the tube's own stiffness from here on, in units of those in the settings: `strain` multiplies
   /// sigma_strain, `bending` the square of the bending residuals.
@@ -58,8 +63,21 @@ class TubeMap {
     bending_factor_ = bending_factor;
   }
 
-  /// Multiplies the variances of coils from here on.
-  void set_em_variance_factor(double factor) { em_sigma_factor_ = std::sqrt(factor); }
+  /// Standard deviations of what is noise of a coil from here on, an axis; those of the settings until then.
+  void set_coil_noise(double sigma_position_mm, double sigma_tangent) {
+    sigma_position_mm_ = sigma_position_mm;
+    sigma_tangent_ = sigma_tangent;
+  }
+
+  /// Columns of every C: coefficients, then the position error (mm, world) of each coil that has one, then
+  /// the error of each one's unit tangent (world).
+  [[nodiscard]] int column_count() const {
+    return spline_.coefficient_count() + 2 * coils_with_error_ + further_columns_;
+  }
+  [[nodiscard]] int position_error_column(int coil) const { return spline_.coefficient_count() + coil; }
+  [[nodiscard]] int tangent_error_column(int coil) const {
+    return spline_.coefficient_count() + coils_with_error_ + coil;
+  }
 
   /// Start without any guess: the linear problem (unit speed along each coil's tangent, bending, no strain).
   /// False with fewer than two usable coils or an indefinite matrix.
@@ -79,6 +97,13 @@ class TubeMap {
   bool invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
                  const GaussianPrior* prior, const Eigen::Matrix3Xd& C);
 
+  /// The measurements alone, without the tube's stiffness, linearised at C and joined with the prior: their
+  /// mean goes to `mean`, coefficient_covariance() holds their covariance. False when that fails. What is
+  /// known about every tube must not be carried from one instant to the next: as a linear constraint of the
+  /// past it would hold directions that have turned since.
+  bool condense(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                const GaussianPrior& prior, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& mean);
+
   /// Position covariance at arc length s, mm^2, world frame. Precondition: invert_at() was true.
   [[nodiscard]] Eigen::Matrix3d covariance(double s_mm) const;
 
@@ -90,18 +115,24 @@ class TubeMap {
  private:
   void linearise(const CoilObservations& coils, std::span<const ViewConstraints> views,
                  const GaussianPrior* prior, const Eigen::Matrix3Xd& C);
+  void linearise_measurements(const CoilObservations& coils, std::span<const ViewConstraints> views,
+                              const GaussianPrior* prior, const Eigen::Matrix3Xd& C);
   void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C);
+  void add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C);
   void add_bending(const Eigen::Matrix3Xd& C);
   void add_strain(const Eigen::Matrix3Xd& C);
   void add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C);
 
   EstimatorSettings settings_;
   UniformCubicBSpline spline_;
+  int coils_with_error_;
+  int further_columns_;
   NormalEquations equations_;
   Eigen::Matrix3Xd step_;
   Eigen::Matrix3Xd trial_;
   Eigen::VectorXd departure_;
-  double em_sigma_factor_ = 1;
+  double sigma_position_mm_;
+  double sigma_tangent_;
   double strain_sigma_factor_ = 1;
   double bending_factor_ = 1;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/image/tube_end.hpp"
+
 namespace tubed {
 
 namespace {
@@ -14,6 +16,10 @@ constexpr double kShortest_px_per_mm =
     0.2;                                  // a tube running straight toward the source has no side to look to
 constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
 constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a round finds nothing
+constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
+constexpr int kEndDirection = 3;          // lines over which the tip's direction is taken
+constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
+constexpr double kSigmaEnd_px = 1.0;      // of the end beside its own variance
 constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 }  // namespace
@@ -78,7 +84,8 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   if (in_view < kFewestLines) {
     return;
   }
-  view.inlier_ratio = search_.search(image, lines_, line_count_, reach_px, kTransition_px).inlier_ratio;
+  const LineSearch::Outcome outcome = search_.search(image, lines_, line_count_, reach_px, kTransition_px);
+  view.inlier_ratio = outcome.inlier_ratio;
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
@@ -90,6 +97,48 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
       view.measured[static_cast<std::size_t>(view.count++)] = {
           i * line_spacing_mm_, line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
+  }
+  measure_end(image, view, outcome.ridge_height);
+}
+
+// The lines say where the tube is across itself only; where its tip ends says where it is along itself.
+void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height) {
+  int inside = 0;
+  while (inside < kEndInside && inside < line_count_ && lines_[static_cast<std::size_t>(inside)].in_view) {
+    ++inside;
+  }
+  if (inside < kEndInside) {
+    return;
+  }
+  const auto found = [this](int line) -> Eigen::Vector2d {
+    const CorrespondenceLine& of = lines_[static_cast<std::size_t>(line)];
+    return of.base_px + of.offset_px * of.normal;
+  };
+  const Eigen::Vector2d tip_px = found(0);
+  Eigen::Vector2d outward = tip_px - found(kEndDirection);
+  const double spacing_px = (tip_px - found(1)).norm();
+  if (!(spacing_px > kShortest_px_per_mm * line_spacing_mm_)) {
+    return;
+  }
+  outward.normalize();
+  std::array<Eigen::Vector2d, kMostEndSamples> path_px;
+  std::size_t samples = 0;
+  for (int k = kEndOutside_px; k > 0; --k) {
+    path_px[samples++] = tip_px + k * outward;
+  }
+  for (double along_px = 0; samples < path_px.size(); along_px += 1) {
+    const double line = along_px / spacing_px;
+    const int before = static_cast<int>(line);
+    if (before + 1 >= inside) {
+      break;
+    }
+    path_px[samples++] = found(before) + (line - before) * (found(before + 1) - found(before));
+  }
+  const auto end = find_tube_end(image, {path_px.data(), samples}, ridge_height);
+  if (end) {
+    const Eigen::Vector2d end_px = tip_px + (kEndOutside_px - end->place) * outward;
+    view.measured[static_cast<std::size_t>(view.count++)] = {
+        0, end_px, outward, (end->variance + kSigmaEnd_px * kSigmaEnd_px) * settings_.image_temper};
   }
 }
 

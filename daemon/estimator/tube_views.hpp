@@ -54,6 +54,7 @@ class TubeViews {
 
   int project_lines(const View& view, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px);
+  void measure_end(const ImageMeasurement& image, View& view, float ridge_height);
 
   EstimatorSettings settings_;
   std::vector<View> views_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/image/sample_vesselness.hpp"
+
 namespace tubed {
 
 namespace {
@@ -11,19 +13,6 @@ constexpr int kTransitionReach = 4;     // px; changes beyond are not considered
 constexpr float kEvidenceSlope = 6.0F;  // log-odds gained from no ridge to a full one
 constexpr float kEvidenceLimit = 3.0F;  // no single line may say more than this
 constexpr float kAgreement = 0.4F;      // share of the usual ridge height that counts as seeing the tube
-
-float interpolate(const ImageMeasurement& image, double x, double y) {
-  const double left = std::floor(x);
-  const double top = std::floor(y);
-  if (!(left >= 0 && top >= 0 && left + 1 < image.width && top + 1 < image.height)) {
-    return 0;
-  }
-  const auto u = static_cast<float>(x - left);
-  const auto v = static_cast<float>(y - top);
-  const float* p = image.vesselness.data() + static_cast<std::ptrdiff_t>(top) * image.width +
-                   static_cast<std::ptrdiff_t>(left);
-  return (1 - v) * ((1 - u) * p[0] + u * p[1]) + v * ((1 - u) * p[image.width] + u * p[image.width + 1]);
-}
 
 template <typename Row>
 void normalise(Row& row, int states) {
@@ -57,7 +46,7 @@ void LineSearch::sample(const ImageMeasurement& image, const std::array<Correspo
     for (int k = -reach_px; k <= reach_px; ++k) {
       const Eigen::Vector2d p = line.base_px + k * line.normal;
       vesselness_[i][static_cast<std::size_t>(k + reach_px)] =
-          line.in_view ? interpolate(image, p.x(), p.y()) : 0.0F;
+          line.in_view ? sample_vesselness(image, p) : 0.0F;
     }
   }
 }
@@ -127,6 +116,7 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
   const int states = 2 * reach_px + 1;
   sample(image, lines, count, reach_px);
   const float height = ridge_height(lines, count, states);
+  outcome.ridge_height = height;
   to_evidence(lines, count, states, height);
   run_chain(count, states, transition_px);
   int agreeing = 0;
@@ -147,8 +137,7 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
     line.variance_px2 =
         std::max(0.0, second_moment / std::max(sum, 1e-300) - line.offset_px * line.offset_px);
     const Eigen::Vector2d found = line.base_px + line.offset_px * line.normal;
-    line.agrees =
-        line.in_view && height > 0 && interpolate(image, found.x(), found.y()) > kAgreement * height;
+    line.agrees = line.in_view && height > 0 && sample_vesselness(image, found) > kAgreement * height;
     outcome.in_view += line.in_view ? 1 : 0;
     agreeing += line.agrees ? 1 : 0;
   }

@@ -33,6 +33,7 @@ class LineSearch {
   struct Outcome {
     int in_view = 0;          ///< lines that could be searched
     double inlier_ratio = 0;  ///< share of them that agree
+    float ridge_height = 0;   ///< usual vesselness of the tube: median over the lines of their maxima
   };
 
   /// Searches lines[0 .. count), neighbours along the tube next to each other, `reach_px` (1 .. kMaxReach) to

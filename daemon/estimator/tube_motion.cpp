@@ -1,0 +1,133 @@
+#include "daemon/estimator/tube_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tubed {
+
+namespace {
+
+// Random walk, per root second. 0.95 mm is 0.2 mm in the 44 ms that a push of 1 mm takes at 22.5 mm/s.
+constexpr double kSideways_mm = 3.0;
+constexpr double kSidewaysAtTip_mm = 5.0;
+constexpr double kTipReach_mm = 30;        // over which the tip's freedom fades
+constexpr double kSidewaysLength_mm = 25;  // correlation along the tube
+constexpr double kSlidingSpeed_mm_s = 10;  // of the sliding that the estimated speed does not foresee
+constexpr double kSpeed_mm_s = 25;         // how fast it is pushed or pulled, usually
+constexpr double kSpeedMemory_s = 0.4;     // how long a hand keeps its speed
+
+}  // namespace
+
+TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
+    : coefficient_count_(spline.coefficient_count()),
+      speed_(3 * (column_count - 1)),
+      spacing_mm_(spline.spacing_mm()),
+      sideways_(coefficient_count_, coefficient_count_),
+      sliding_(Eigen::VectorXd::Zero(3 * column_count)),
+      shifted_(Eigen::Matrix3Xd::Zero(3, coefficient_count_)),
+      rows_(Eigen::MatrixXd::Zero(3 * coefficient_count_, 3 * column_count)) {
+  const auto freedom = [this](Eigen::Index coefficient) {
+    const double s_mm = std::max(0.0, (static_cast<double>(coefficient) - 1) * spacing_mm_);
+    return kSideways_mm + (kSidewaysAtTip_mm - kSideways_mm) * std::exp(-s_mm / kTipReach_mm);
+  };
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
+      const double distance = static_cast<double>(i - j) * spacing_mm_ / kSidewaysLength_mm;
+      sideways_(i, j) = freedom(i) * freedom(j) * std::exp(-0.5 * distance * distance);
+    }
+  }
+}
+
+void TubeMotion::begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const {
+  C.rightCols<1>().setZero();
+  P.bottomRows<3>().setZero();
+  P.rightCols<3>().setZero();
+  P.diagonal().tail<3>() << kSpeed_mm_s * kSpeed_mm_s, 1, 1;
+}
+
+// The curve is the coefficients' sequence smoothed by the B-spline, and smoothing and shifting commute: so
+// the sequence is shifted, by cubic interpolation.
+TubeMotion::Shift TubeMotion::shift_of(Eigen::Index coefficient, double slid_mm) const {
+  const double place = static_cast<double>(coefficient) - slid_mm / spacing_mm_;
+  Shift shift;
+  shift.first =
+      std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::floor(place)) - 1, 0, coefficient_count_ - 4);
+  // Beyond either end it goes on straight, as wide cubic extrapolation would swing.
+  const double u = place - static_cast<double>(shift.first);
+  if (u < 0) {
+    shift.weights = {1 - u, u, 0, 0};
+  } else if (u > 3) {
+    shift.weights = {0, 0, 3 - u, u - 2};
+  } else {
+    shift.weights = {-(u - 1) * (u - 2) * (u - 3) / 6, u * (u - 2) * (u - 3) / 2, -u * (u - 1) * (u - 3) / 2,
+                     u * (u - 1) * (u - 2) / 6};
+  }
+  return shift;
+}
+
+void TubeMotion::shift(double slid_mm, Eigen::Matrix3Xd& C) {
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    const Shift shift = shift_of(i, slid_mm);
+    shifted_.col(i) = C.middleCols<4>(shift.first) * Eigen::Vector4d(shift.weights.data());
+  }
+  C.leftCols(coefficient_count_) = shifted_;
+}
+
+void TubeMotion::shift_rows(double slid_mm, Eigen::MatrixXd& P) {
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    const Shift shift = shift_of(i, slid_mm);
+    auto row = rows_.middleRows<3>(3 * i);
+    row.setZero();
+    for (Eigen::Index k = 0; k < 4; ++k) {
+      row += shift.weights[static_cast<std::size_t>(k)] * P.middleRows<3>(3 * (shift.first + k));
+    }
+  }
+  P.topRows(3 * coefficient_count_) = rows_;
+}
+
+void TubeMotion::predict(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+                         Eigen::MatrixXd& P) {
+  const double slid_mm = m(0, m.cols() - 1) * dt_s;
+  shift(slid_mm, C);
+  shift(slid_mm, m);
+  shift_rows(slid_mm, P);
+  P.transposeInPlace();
+  shift_rows(slid_mm, P);
+  add_noise(dt_s, freedom, C, P);
+  const double kept = std::exp(-dt_s / kSpeedMemory_s);
+  C(0, C.cols() - 1) = m(0, m.cols() - 1) * kept;
+  m(0, m.cols() - 1) *= kept;
+  P.row(speed_) *= kept;
+  P.col(speed_) *= kept;
+  P(speed_, speed_) += (1 - kept * kept) * kSpeed_mm_s * kSpeed_mm_s;
+}
+
+void TubeMotion::add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) {
+  const Eigen::Index n = coefficient_count_;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    // d zeta / d sliding = -zeta'(s): toward the tip. The coefficient's own place stands for the curve there.
+    const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0);
+    const Eigen::Index after = std::min<Eigen::Index>(i + 1, n - 1);
+    sliding_.segment<3>(3 * i) =
+        -(C.col(after) - C.col(before)) / (static_cast<double>(after - before) * spacing_mm_);
+  }
+  // The speed's own error slides the tube, together with what the speed does not foresee.
+  const Eigen::Index moving = 3 * n;
+  const double unforeseen_mm = kSlidingSpeed_mm_s * dt_s;
+  const double variance_mm2 = dt_s * dt_s * P(speed_, speed_) + unforeseen_mm * unforeseen_mm;
+  for (Eigen::Index row = 0; row < P.rows(); ++row) {
+    rows_(0, row) = P(row, speed_);  // before it is changed
+  }
+  const auto with_speed = rows_.row(0).transpose();
+  P.topRows(moving).noalias() += dt_s * sliding_.head(moving) * with_speed.transpose();
+  P.leftCols(moving).noalias() += dt_s * with_speed * sliding_.head(moving).transpose();
+  P.topLeftCorner(moving, moving).noalias() +=
+      variance_mm2 * sliding_.head(moving) * sliding_.head(moving).transpose();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      P.block<3, 3>(3 * i, 3 * j).diagonal().array() += sideways_(i, j) * dt_s * freedom;
+    }
+  }
+}
+
+}  // namespace tubed
