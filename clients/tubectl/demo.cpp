@@ -30,6 +30,7 @@ struct DemoOptions {
   std::string picture;
   int domain = -1;
   std::int64_t seed = 1;
+  std::string preset = "arch";
 };
 
 volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
@@ -38,7 +39,7 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain, to_ns(steady_clock::now()), options.seed},
+      : scene_{options.domain, to_ns(steady_clock::now()), options.seed, options.preset},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -235,6 +236,9 @@ CLI::App* add_demo(CLI::App& app, int& exit_code) {
   verb->add_option("--picture", options->picture, "draw the last shapes into this file, SVG");
   verb->add_option("--domain", options->domain, "DDS domain, 0 .. 230; default: a private one")
       ->check(CLI::Range(0, 230));
+  verb->add_option("--preset", options->preset, "what is simulated; all but arch take some seconds to start")
+      ->check(CLI::IsMember({"arch", "paper", "field", "frozen", "clinical", "biplane"}))
+      ->capture_default_str();
   verb->add_option("--seed", options->seed, "of the simulated noise")->capture_default_str();
   verb->callback([options, &exit_code] { exit_code = run(*options); });
   return verb;

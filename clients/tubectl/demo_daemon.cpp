@@ -9,10 +9,13 @@
 
 #include <array>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
+
+#include "drivers/simulation/scenario.hpp"
 
 namespace tubed {
 
@@ -48,6 +51,36 @@ fs::path find_tubed() {
                            ", in ../sbin or in PATH; build it with ./run build");
 }
 
+std::string toml_number(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.12f", value);
+  return text.data();
+}
+
+std::string toml_matrix(const RigidTransform& transform) {
+  std::string text = "[";
+  for (int row = 0; row < 4; ++row) {
+    text += row == 0 ? "[" : ", [";
+    for (int column = 0; column < 4; ++column) {
+      text += (column == 0 ? "" : ", ") + toml_number(transform.matrix()(row, column));
+    }
+    text += "]";
+  }
+  return text + "]";
+}
+
+/// Views and registration: those of the preset, or one view of the arch from the front.
+RoomDescription room_of(const DemoScene& scene) {
+  if (scene.preset != "arch") {
+    return make_scenario(scene.preset, scene.seed).room;
+  }
+  CameraCalibration camera{"A", 400, 600, 2000, 2000, 200, 300, {}, RigidTransform::Identity()};
+  camera.T_camera_world.translation().z() = 1200;
+  RoomDescription room;
+  room.cameras = {camera};
+  return room;
+}
+
 [[noreturn]] void become_daemon(const fs::path& program, const fs::path& configuration, const fs::path& log) {
   // The daemon must not outlive a demonstration that was killed.
   prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -62,15 +95,17 @@ fs::path find_tubed() {
 }  // namespace
 
 std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
+  const RoomDescription room = room_of(scene);
   std::string text = "# Written by tubectl demo.\n[dds]\ndomain = " + std::to_string(scene.domain) + "\n\n";
-  text += "[em]\ndriver = \"simulation\"\n";
-  text += "T_world_em = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n\n";
-  text +=
-      "[[camera]]\nname = \"A\"\nwidth = 400\nheight = 600\nfx = 2000.0\nfy = 2000.0\ncx = 200.0\ncy = "
-      "300.0\n"
-      "distortion = [0, 0, 0, 0, 0]\n"
-      "T_camera_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]\ndriver = "
-      "\"simulation\"\n\n";
+  text += "[em]\ndriver = \"simulation\"\nT_world_em = " + toml_matrix(room.T_world_em) + "\n\n";
+  for (const CameraCalibration& camera : room.cameras) {
+    text += "[[camera]]\nname = \"" + camera.name + "\"\nwidth = " + std::to_string(camera.width) +
+            "\nheight = " + std::to_string(camera.height) + "\nfx = " + toml_number(camera.fx) +
+            "\nfy = " + toml_number(camera.fy) + "\ncx = " + toml_number(camera.cx) +
+            "\ncy = " + toml_number(camera.cy) +
+            "\ndistortion = [0, 0, 0, 0, 0]\nT_camera_world = " + toml_matrix(camera.T_camera_world) +
+            "\ndriver = \"simulation\"\n\n";
+  }
   for (const bool em_only : {false, true}) {
     text += std::string("[[instrument]]\nid = \"cath-1") + (em_only ? "-em" : "") + "\"\nmode = \"" +
             (em_only ? "em" : "joint") + "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
@@ -81,7 +116,7 @@ std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
     }
     text += "\n";
   }
-  text += "[simulation]\nseed = " + std::to_string(scene.seed) +
+  text += "[simulation]\npreset = \"" + scene.preset + "\"\nseed = " + std::to_string(scene.seed) +
           "\nepoch_ns = " + std::to_string(scene.epoch_ns) + "\ncontrol_folder = \"" + folder.string() +
           "\"\n";
   return text;

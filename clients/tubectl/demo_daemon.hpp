@@ -14,9 +14,10 @@ struct DemoScene {
   int domain = 0;             ///< private DDS domain
   std::int64_t epoch_ns = 0;  ///< CLOCK_MONOTONIC at which the simulated motion begins
   std::int64_t seed = 1;
+  std::string preset = "arch";  ///< of the simulation
 };
 
-/// The configuration as TOML: one simulated catheter in one view, tracked twice: "cath-1" from coils and
+/// The configuration as TOML: one simulated catheter in the views of the preset, tracked twice: "cath-1" from coils and
 /// images, "cath-1-em" from the coils alone.
 std::string demo_configuration(const DemoScene& scene, const std::filesystem::path& folder);
 
