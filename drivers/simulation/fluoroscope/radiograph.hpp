@@ -47,7 +47,7 @@ class Radiograph {
                                                     const ClutterStates& clutter) const;
   /// Quanta that one pixel is expected to detect in `scene`, before detector blur and noise; row by row. For
   /// tests and for what needs the picture without noise.
-  [[nodiscard]] std::span<const float> expected_quanta(const RadiographScene& scene);
+  std::span<const float> expected_quanta(const RadiographScene& scene);
 
  private:
   class Implementation;

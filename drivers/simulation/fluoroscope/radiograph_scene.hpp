@@ -10,10 +10,11 @@ namespace tubed {
 
 /// A metal band around a catheter. Arc length counts from the tip.
 struct RadiographElectrode {
-  double s_mm = 0;                  ///< middle of the band
-  double length_mm = 1;             ///< along the catheter
-  double radius_mm = 1.165;         ///< outer; its inside is the lumen of the catheter
-  double attenuation_per_mm = 0.5;  ///< platinum-iridium bands of 0.1 mm count as solid ones of less
+  double s_mm = 0;                ///< middle of the band
+  double length_mm = 1.3;         ///< along the catheter
+  double radius_mm = 1.165;       ///< outer
+  double wall_mm = 0.08;          ///< thickness of the metal
+  double attenuation_per_mm = 8;  ///< platinum at about 65 keV
 };
 
 /// A tube: a catheter, a wire, a lead. Its shape is the polyline through `centreline_room_mm`, swept with

@@ -13,11 +13,12 @@ struct DetectorSettings {
   /// Dose: quanta detected by the median pixel of the patient's picture, as automatic exposure control keeps
   /// it. Infinity: no quantum noise.
   double quanta_per_pixel = 500;
-  double scatter_to_primary = 0.9;  ///< behind an anti-scatter grid, mean over the picture
+  double scatter_to_primary = 0.9;  ///< behind an anti-scatter grid, for the median pixel of the patient
   double scatter_width_px = 60;     ///< standard deviation of the scatter's spread
-  double blur_px = 0.75;            ///< standard deviation of the detector's point spread
-  double lag = 0.03;                ///< part of a picture that stays for the next
-  double electronic_noise = 4;      ///< standard deviation, in quanta
+  double source_blur_px = 0.55;   ///< standard deviation of the focal spot's shadow: before the quanta count
+  double detector_blur_px = 0.5;  ///< of the scintillator's light: after it, so that noise is blurred too
+  double lag = 0.03;              ///< part of a picture that stays for the next, 0 .. 0.9
+  double electronic_noise = 4;    ///< standard deviation, in quanta
 };
 
 /// From detected quanta to grey values: -log, part of its large scales taken away, one fixed window.
