@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/tubectl/simulation_picture.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_writer.hpp"
 #include "drivers/simulation/fluoroscope_renderer.hpp"
@@ -26,6 +27,8 @@ struct SimulateOptions {
   std::string preset = "paper";
   std::int64_t seed = 1;
   std::string out;
+  std::string vessel;
+  std::string picture;
   int every = 1;
 };
 
@@ -62,6 +65,7 @@ DriverSettings settings_for(const SimulateOptions& options, const Scenario& scen
   return DriverSettings(values)
       .with("preset", options.preset)
       .with("seed", options.seed)
+      .with("vessel", options.vessel)
       .with("cnr", scenario.contrast_to_noise);
 }
 
@@ -205,13 +209,20 @@ void refuse_filled_folder(const std::filesystem::path& folder) {
 }
 
 int simulate(const SimulateOptions& options) {
-  const Scenario scenario = make_scenario(options.preset, options.seed);
+  Scenario scenario = make_scenario(options.preset, options.seed);
+  if (!options.vessel.empty()) {
+    scenario = in_vessel(std::move(scenario), options.vessel);
+  }
   if (!options.out.empty()) {
     refuse_filled_folder(options.out);
   }
   Clock::time_point start = Clock::now();
   const auto run = run_mechanics(scenario);
   print_mechanics(run->report(), seconds_since(start));
+  if (!options.picture.empty()) {
+    draw_simulation(scenario, *run, options.picture);
+    std::printf("drew %s\n", options.picture.c_str());
+  }
   if (options.out.empty()) {
     return kExitOk;
   }
@@ -239,6 +250,10 @@ CLI::App* add_simulate(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--out", options->out,
                    "Folder to write; without it only the mechanics run and are judged");
+  verb->add_option("--vessel", options->vessel,
+                   "A vessel of your own in mm: centreline with radii (.csv) or closed surface (.stl)");
+  verb->add_option("--picture", options->picture,
+                   "Draw the vessel, the catheter and the mechanics' figures, PNG");
   verb->add_option("--every", options->every, "Only every so many-th exposure")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

@@ -5,9 +5,11 @@
 #include <mutex>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "drivers/simulation/counter_random.hpp"
+#include "drivers/simulation/vessel_file.hpp"
 
 namespace tubed {
 
@@ -178,6 +180,17 @@ Scenario biplane(std::int64_t seed) {
   return scenario;
 }
 
+CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
+  if (scenario.vessel_file.empty()) {
+    // The reference of the introducer is anterior; the arch turns from there toward the right.
+    return start_for(vessel, -scenario.patient.arch_turn_from_anterior_rad, scenario.seed, scenario.commands);
+  }
+  constexpr double kLeastInsertion_mm = 60;
+  CatheterisationStart start = start_for(vessel, 0, scenario.seed, scenario.commands);
+  start.insertion_mm = std::max(start.insertion_mm, kLeastInsertion_mm);
+  return start;
+}
+
 }  // namespace
 
 const std::vector<std::string>& preset_names() {
@@ -207,20 +220,41 @@ Eigen::AlignedBox3d working_volume_mm(const RigidTransform& T_em_world) {
   return world_mm.transformed(T_em_world);
 }
 
+Scenario in_vessel(Scenario scenario, const std::string& vessel_file) {
+  const Vessel vessel = read_vessel(vessel_file);
+  scenario.vessel_file = vessel_file;
+  double insertion_mm = start_in(vessel, scenario).insertion_mm;
+  std::vector<CatheterCommand> fitting;
+  for (const CatheterCommand& command : scenario.commands) {
+    if (insertion_mm + command.insert_mm <= vessel.route_length_mm()) {
+      insertion_mm += command.insert_mm;
+      fitting.push_back(command);
+    }
+  }
+  scenario.commands = fitting;
+  Eigen::AlignedBox3d box;
+  for (const VesselStation& station : vessel.route) {
+    box.extend(station.p_world_mm);
+  }
+  for (CameraCalibration& camera : scenario.room.cameras) {
+    camera.T_camera_world = camera.T_camera_world * Eigen::Translation3d(kViewCentre_mm - box.center());
+  }
+  return scenario;
+}
+
 Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress) {
-  const Vessel vessel = make_aorta(scenario.patient);
-  // The reference of the introducer is anterior; the arch turns from there toward the right.
-  const CatheterisationStart start =
-      start_for(vessel, -scenario.patient.arch_turn_from_anterior_rad, scenario.seed, scenario.commands);
-  return catheterise(vessel, {}, start, scenario.commands, progress);
+  const Vessel vessel =
+      scenario.vessel_file.empty() ? make_aorta(scenario.patient) : read_vessel(scenario.vessel_file);
+  return catheterise(vessel, {}, start_in(vessel, scenario), scenario.commands, progress);
 }
 
 std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
                                                      const std::function<void(std::size_t)>& progress) {
   static std::mutex mutex;
-  static std::map<std::pair<std::string, std::int64_t>, std::weak_ptr<const Catheterisation>> runs;
+  using Key = std::tuple<std::string, std::int64_t, std::string>;
+  static std::map<Key, std::weak_ptr<const Catheterisation>> runs;
   const std::lock_guard lock(mutex);
-  auto& known = runs[{scenario.name, scenario.seed}];
+  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file}];
   std::shared_ptr<const Catheterisation> run = known.lock();
   if (run == nullptr) {
     run = std::make_shared<const Catheterisation>(run_scenario(scenario, progress));

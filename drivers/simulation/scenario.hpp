@@ -28,6 +28,7 @@ struct Scenario {
   std::string meaning;  ///< one line for a person
   std::int64_t seed = 0;
   AortaDimensions patient;
+  std::string vessel_file;  ///< of the user's own, instead of the patient's aorta; empty: none
   std::vector<CatheterCommand> commands;
   double steps_per_s = 7.5;    ///< commands a second
   double frame_rate_hz = 7.5;  ///< exposures of the first view
@@ -55,7 +56,12 @@ const std::vector<std::string>& preset_names();
 /// Throws std::invalid_argument, naming the presets there are, for another name.
 Scenario make_scenario(std::string_view preset, std::int64_t seed);
 
-/// Runs the scenario's mechanics: its vessel, then all commands; two to four seconds.
+/// The scenario in a vessel of the user's own (see read_vessel, whose errors it throws): the views are turned
+/// to the middle of its route, and commands that would go beyond its end are left out.
+Scenario in_vessel(Scenario scenario, const std::string& vessel_file);
+
+/// Runs the scenario's mechanics: its vessel, then all commands; two to four
+/// seconds.
 Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress = {});
 
 /// The same, computed once for all who hold it in this process. Waits for whoever is computing it.

@@ -8,8 +8,11 @@ namespace tubed {
 
 namespace {
 
-SampleClock image_clock(const DriverSettings& settings) {
-  return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("frame_rate_hz"),
+/// A preset may expose the second view with every n-th exposure of the first only.
+SampleClock image_clock(const DriverSettings& settings, const SimulatedWorld& world, int camera_index) {
+  const Scenario* scenario = world.scenario();
+  const int every = scenario == nullptr || camera_index == 0 ? 1 : scenario->second_view_every;
+  return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("frame_rate_hz") / every,
           settings.get<double>("image_latency_ms")};
 }
 
@@ -18,9 +21,8 @@ SampleClock image_clock(const DriverSettings& settings) {
 SimulatedImageSource::SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings,
                                            int camera_index)
     : camera_(room.cameras.at(static_cast<std::size_t>(camera_index))),
-      camera_index_(camera_index),
       world_(room, settings),
-      clock_(image_clock(settings)),
+      clock_(image_clock(settings, world_, camera_index)),
       renderer_(camera_, world_, settings.get<std::int64_t>("seed"), settings.get<double>("cnr")),
       control_folder_(settings.get<std::string>("control_folder")) {}
 
@@ -66,8 +68,7 @@ ReadOutcome SimulatedImageSource::read(ImageFrame& frame, MonotonicTime deadline
 bool SimulatedImageSource::exposed(std::int64_t k) const noexcept {
   const Scenario* scenario = world_.scenario();
   return scenario == nullptr ||
-         (scenario->fluoroscopy_on(world_.scenario_time_s(world_.seconds(clock_.taken(k)))) &&
-          (camera_index_ == 0 || k % scenario->second_view_every == 0));
+         scenario->fluoroscopy_on(world_.scenario_time_s(world_.seconds(clock_.taken(k))));
 }
 
 void SimulatedImageSource::fill(ImageFrame& frame) noexcept {

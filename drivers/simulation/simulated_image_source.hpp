@@ -23,11 +23,10 @@ class SimulatedImageSource final : public ImageSource {
 
  private:
   void fill(ImageFrame& frame) noexcept;
-  /// Does the preset radiate at exposure k in this view?
+  /// Does the preset radiate at exposure k?
   [[nodiscard]] bool exposed(std::int64_t k) const noexcept;
 
   CameraCalibration camera_;
-  int camera_index_;
   SimulatedWorld world_;
   SampleClock clock_;
   FluoroscopeRenderer renderer_;

@@ -65,7 +65,12 @@ SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& setti
   }
   const std::string& preset = settings.get<std::string>("preset");
   if (preset != "arch") {
-    scenario_ = std::make_shared<const Scenario>(make_scenario(preset, settings.get<std::int64_t>("seed")));
+    Scenario scenario = make_scenario(preset, settings.get<std::int64_t>("seed"));
+    const std::string& vessel_file = settings.get<std::string>("vessel");
+    if (!vessel_file.empty()) {
+      scenario = in_vessel(std::move(scenario), vessel_file);
+    }
+    scenario_ = std::make_shared<const Scenario>(std::move(scenario));
     run_ = std::make_shared<const PlayedRun>(shared_run_of(*scenario_), scenario_->steps_per_s);
   }
 }
