@@ -23,7 +23,7 @@ struct RadiographRod {
   Eigen::Matrix3Xd centreline_room_mm;  ///< 3 x n, n >= 2 (fewer: nothing is drawn), tip first
   double radius_mm = 1.165;             ///< outer; 7 Fr
   double lumen_radius_mm = 0.5;         ///< 0: solid
-  double attenuation_per_mm = 0.085;    ///< of the wall at the beam's effective energy, beyond the tissue's
+  double attenuation_per_mm = 0.20;     ///< of the wall at the beam's effective energy, beyond the tissue's
   std::vector<RadiographElectrode> electrodes;
 };
 

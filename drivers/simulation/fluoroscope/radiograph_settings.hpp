@@ -12,7 +12,7 @@ namespace tubed {
 struct DetectorSettings {
   /// Dose: quanta detected by the median pixel of the patient's picture, as automatic exposure control keeps
   /// it. Infinity: no quantum noise.
-  double quanta_per_pixel = 500;
+  double quanta_per_pixel = 240;
   double scatter_to_primary = 0.9;  ///< behind an anti-scatter grid, for the median pixel of the patient
   double scatter_width_px = 60;     ///< standard deviation of the scatter's spread
   double source_blur_px = 0.55;   ///< standard deviation of the focal spot's shadow: before the quanta count
@@ -24,7 +24,7 @@ struct DetectorSettings {
 /// From detected quanta to grey values: -log, part of its large scales taken away, one fixed window.
 struct DisplaySettings {
   int bits = 8;                      ///< 8 or 16
-  double range_compression = 0.45;   ///< part of the large-scale attenuation that is taken away, 0 .. 1
+  double range_compression = 0.6;    ///< part of the large-scale attenuation that is taken away, 0 .. 1
   double compression_width_px = 50;  ///< what counts as large scale: standard deviation
   double contrast = 1;               ///< above 1: a narrower window
 };
@@ -37,9 +37,9 @@ struct MotionSettings {
   double breathing_period_s = 4.2;
   double heart_squeeze = 0.10;      ///< shortening of the heart's radii at the end of the systole, as a share
   double diaphragm_travel_mm = 10;  ///< toward the feet at the end of the inspiration
-  Eigen::Vector3d heart_centre_room_mm{18, -52, -92};
+  Eigen::Vector3d heart_centre_room_mm{10, -58, -100};
   double heart_radius_mm = 72;        ///< nothing beyond moves with the beat
-  double diaphragm_z_room_mm = -112;  ///< its dome; what lies above moves less, up to the apex of the lungs
+  double diaphragm_z_room_mm = -122;  ///< its dome; what lies above moves less, up to the apex of the lungs
 };
 
 /// Where contrast agent flows: along the vessel from its first point on.

@@ -86,7 +86,7 @@ double diaphragm(double x, double y) {
   const Eigen::Vector3d middle = spine(-150);
   const double from_middle = x - middle.x();
   const bool left = from_middle > 0;
-  const double apex = left ? -131 : -117;
+  const double apex = left ? -131 : -118;
   const double across = (std::abs(from_middle) - 62) / 76;
   // The crest lies in front; behind, the lung reaches far down.
   const double behind = y - (middle.y() - 62);
@@ -97,10 +97,11 @@ double diaphragm(double x, double y) {
 
 double mediastinum_half_width(double y, double z) {
   const double before_spine = spine(z).y() - y;  // 0 in the vertebral bodies, 120 behind the sternum
-  const double at_spine = 20 - 0.03 * squared(std::max(before_spine - 10, 0.0)) / 10;
-  const double middle = 24 * std::exp(-squared((before_spine - 48) / 30));
-  const double neck = 22 / (1 + std::exp(-(z - 62) / 9));
-  return std::max({at_spine, middle, 5.0}) + neck;
+  // The lungs reach around the vertebral bodies, and nearly touch each other before the aorta.
+  const double at_spine = 17.5 * std::exp(-squared(before_spine / 34));
+  const double middle = 19 * std::exp(-squared((before_spine - 42) / 26)) * (1 + 0.25 * std::sin(z / 23));
+  const double neck = 24 / (1 + std::exp(-(z - 66) / 10));
+  return std::max({at_spine, middle, 4.0 + 2.0 * std::sin(z / 37)}) + neck;
 }
 
 }  // namespace tubed::anatomy

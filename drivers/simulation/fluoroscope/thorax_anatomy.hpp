@@ -12,10 +12,10 @@ constexpr float kSoft = 0.0205F;
 constexpr float kMuscle = 0.0209F;
 constexpr float kBlood = 0.0213F;
 constexpr float kLiver = 0.0215F;
-constexpr float kLung = 0.0052F;
+constexpr float kLung = 0.0060F;
 constexpr float kCartilage = 0.0238F;
-constexpr float kMarrow = 0.0265F;
-constexpr float kCortical = 0.0500F;
+constexpr float kMarrow = 0.0250F;
+constexpr float kCortical = 0.0460F;
 
 /// An ellipse across the body at one height.
 struct CrossSection {

@@ -43,7 +43,7 @@ Vertebra vertebra(int number) {
   body.axes.col(1) = body.axes.col(2).cross(body.axes.col(0));
   body.half_width = 12.5 + 9.5 * down;
   body.half_depth = 10.5 + 6.5 * down;
-  body.half_height = 0.40 * (18 + 0.72 * (number + 0.5));
+  body.half_height = 0.385 * (18 + 0.72 * (number + 0.5));
   return body;
 }
 
@@ -59,8 +59,8 @@ void paint_body(VolumePainter& painter, const Vertebra& body, const TissueTextur
     const double ends = std::abs(local.z()) - body.half_height;
     const auto cortex = static_cast<float>(std::clamp(1.0 + (beside + 1.0) / 1.2, 0.0, 1.0));
     const auto plate = static_cast<float>(std::clamp(1.0 + (ends + 1.0) / 1.2, 0.0, 1.0));
-    const float marrow = (kMarrow + 0.0015F) * (1 + 0.10F * texture.at(p, 2.5) + 0.05F * texture.at(p, 6));
-    const float shell = std::max(0.62F * cortex, 0.85F * plate);
+    const float marrow = (kMarrow) * (1 + 0.10F * texture.at(p, 2.5) + 0.05F * texture.at(p, 6));
+    const float shell = std::max(0.5F * cortex, 0.9F * plate);
     return std::pair(std::max(beside, ends), marrow + shell * (kCortical - marrow));
   });
 }
@@ -166,7 +166,7 @@ void paint_blade(VolumePainter& painter, const Vector3d& a, const Vector3d& b, c
     const double u = (b - p).cross(c - p).dot(normal) / area;
     const double v = (c - p).cross(a - p).dot(normal) / area;
     const bool inside = u > 0 && v > 0 && u + v < 1;
-    return std::pair(inside ? std::abs((p - a).dot(normal)) - half_thickness : 10.0, 0.85F * kCortical);
+    return std::pair(inside ? std::abs((p - a).dot(normal)) - half_thickness : 10.0, 0.8F * kCortical);
   });
 }
 
@@ -214,14 +214,18 @@ void paint_sternum_and_girdle(VolumePainter& painter) {
   plate(-21, -112, 18);
   for (const double side : {-1.0, 1.0}) {
     painter.bone(behind_skin(side * 20, 30), behind_skin(side * 72, 44) + Vector3d(0, 2, 0), 5.5, 2);
-    painter.bone(behind_skin(side * 72, 44) + Vector3d(0, 2, 0), Vector3d(-12 + side * 138, 18, 84), 5.2, 2);
+    painter.bone(behind_skin(side * 72, 44) + Vector3d(0, 2, 0), Vector3d(-12 + side * 134, 18, 84), 5.2, 2);
+    // The arms are raised.
+    const Vector3d head(-12 + side * 150, 26, 96);
+    painter.bone(head, head + Vector3d(side * 3, 0, 4), 22, 1.2);
+    painter.bone(head, head + Vector3d(side * 22, -8, 80), 13, 3);
     const double x = -13 + side * 1.0;
     const Vector3d inner_top(x + side * 72, 84, 52);
     const Vector3d inner_bottom(x + side * 92, 92, -76);
     const Vector3d outer(x + side * 142, 52, 62);
     paint_blade(painter, inner_top, inner_bottom, outer, 1.5);
     painter.bone(inner_bottom, outer, 4, 1.6);
-    painter.bone(inner_top + Vector3d(side * 8, 6, -8), Vector3d(x + side * 148, 44, 84), 4.5, 1.6);
+    painter.bone(inner_top + Vector3d(side * 8, 6, -8), Vector3d(x + side * 146, 40, 88), 4, 1.4);
   }
 }
 

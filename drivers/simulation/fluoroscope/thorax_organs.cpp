@@ -74,11 +74,12 @@ void grow(VolumePainter& painter, const Branch& branch) {
 }  // namespace
 
 void paint_heart(VolumePainter& painter, const TissueTexture& texture) {
-  const std::array<Chamber, 4> chambers{{
-      {{20, -66, -104}, {60, 41, 40}, axes_along({0.70, -0.42, -0.58})},  // left ventricle
-      {{-2, -82, -108}, {50, 30, 38}, axes_along({0.85, -0.2, -0.45})},   // right ventricle
-      {{-42, -56, -98}, {34, 33, 38}, Eigen::Matrix3d::Identity()},       // right atrium
-      {{-4, -24, -78}, {38, 24, 28}, Eigen::Matrix3d::Identity()},        // left atrium
+  const std::array<Chamber, 5> chambers{{
+      {{22, -64, -106}, {60, 37, 36}, axes_along({0.66, -0.42, -0.62})},  // left ventricle
+      {{2, -84, -112}, {46, 26, 33}, axes_along({0.85, -0.15, -0.5})},    // right ventricle
+      {{-34, -54, -98}, {29, 30, 40}, axes_along({0.97, -0.1, 0.2})},     // right atrium
+      {{-4, -26, -80}, {35, 21, 24}, Eigen::Matrix3d::Identity()},        // left atrium
+      {{22, -48, -58}, {19, 17, 24}, axes_along({0.3, 0.5, 0.8})},        // outflow tract, left auricle
   }};
   painter.fill({-95, -125, -170}, {100, 20, -40}, [&](const Vector3d& p, float) {
     double outside = 1e3;
@@ -86,20 +87,30 @@ void paint_heart(VolumePainter& painter, const TissueTexture& texture) {
       const Vector3d local = chamber.axes.transpose() * (p - chamber.centre);
       const double distance = distance_to_ellipsoid<Vector3d>(local, chamber.radii);
       // A smooth union: grooves between the chambers are filled with fat.
-      const double h = std::clamp(0.5 + (outside - distance) / 24, 0.0, 1.0);
-      outside = outside + h * (distance - outside) - 12 * h * (1 - h);
+      const double h = std::clamp(0.5 + (outside - distance) / 32, 0.0, 1.0);
+      outside = outside + h * (distance - outside) - 16 * h * (1 - h);
     }
-    const double fat = outside + 4 + 4 * texture.at(p, 12);
+    const double fat = outside + 3.5 + 5 * texture.at(p, 11);
     const float muscle = static_cast<float>(std::clamp(0.5 - fat / 3, 0.0, 1.0));
     const float value = kFat + muscle * (kBlood - kFat);
-    return std::pair(outside, value * (1 + 0.02F * texture.at(p, 4)));
+    // Its border is not as smooth as an ellipsoid's.
+    return std::pair(outside + 3.0 * texture.at(p, 27), value * (1 + 0.02F * texture.at(p, 4)));
   });
 }
 
 void paint_great_vessels(VolumePainter& painter, const VesselCourse& aorta) {
-  painter.capsule({12, -66, -66}, {20, -38, -24}, 13.5, kBlood);    // pulmonary trunk
-  painter.capsule({18, -34, -24}, {-46, -14, -34}, 10, kBlood);     // right pulmonary artery
-  painter.capsule({20, -32, -22}, {44, -2, -20}, 10.5, kBlood);     // left pulmonary artery
+  const auto artery = [&](std::initializer_list<Vector3d> course, double radius) {
+    for (const Vector3d* p = course.begin(); p + 1 != course.end(); ++p, radius *= 0.82) {
+      painter.capsule(*p, p[1], radius, kBlood);
+    }
+  };
+  artery({{12, -66, -66}, {17, -50, -40}, {21, -34, -24}}, 13.5);  // pulmonary trunk
+  artery({{18, -34, -26}, {-26, -20, -32}, {-46, -10, -42}, {-58, 4, -64}, {-66, 14, -92}}, 10.5);
+  artery({{-40, -14, -36}, {-56, -14, -22}, {-66, -10, 0}}, 6.5);
+  artery({{21, -34, -24}, {34, -12, -16}, {46, 8, -30}, {54, 22, -56}, {60, 28, -84}}, 11);
+  artery({{38, -6, -18}, {54, -6, -4}, {62, -4, 16}}, 6);
+  artery({{-12, -24, -84}, {-40, -8, -86}, {-60, 0, -104}}, 6.5);  // lung veins
+  artery({{8, -24, -84}, {36, 0, -86}, {58, 12, -108}}, 6.5);
   painter.capsule({-40, -22, 55}, {-43, -42, -75}, 9, kBlood);      // superior vena cava
   painter.capsule({-43, -44, -110}, {-40, -30, -210}, 11, kBlood);  // inferior vena cava
   painter.capsule({-40, -26, 52}, {36, -26, 72}, 6.5, kBlood);      // left brachiocephalic vein

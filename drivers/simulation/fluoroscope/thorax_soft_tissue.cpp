@@ -16,12 +16,15 @@ float ramp(double distance_mm, double width_mm) {
 
 float mix(float a, float b, float part) { return a + part * (b - a); }
 
-/// Depth, mm, below an elliptic border (exponent `n`: above 2 squarer); negative outside.
-double depth_inside(const CrossSection& section, double x, double y, double n) {
-  const double u = std::abs(x - section.x) / section.half_width;
-  const double v = std::abs(y - section.y) / section.half_depth;
-  const double q = n == 2 ? std::sqrt(u * u + v * v) : std::pow(std::pow(u, n) + std::pow(v, n), 1 / n);
-  return (1 - q) * std::min(section.half_width, section.half_depth);
+/// Depth, mm, below a border between ellipse and rectangle (`square` 0 .. 1), exact to first order; negative
+/// outside.
+double depth_inside(const CrossSection& section, double x, double y, double square) {
+  const double u = (x - section.x) / section.half_width;
+  const double v = (y - section.y) / section.half_depth;
+  const double u2 = u * u;
+  const double v2 = v * v;
+  const double level = (1 - square) * (u2 + v2) + square * (u2 * u2 + v2 * v2);
+  return (1 - level) / (2 + 2 * square) * std::min(section.half_width, section.half_depth);
 }
 
 /// What one voxel of the body consists of.
@@ -37,14 +40,14 @@ class SoftTissue {
   }
 
   float at(const Eigen::Vector3d& p, double edge_mm) const {
-    const double depth = depth_inside(skin_, p.x(), p.y(), 2.5);
+    const double depth = depth_inside(skin_, p.x(), p.y(), 0.4);
     if (depth < -edge_mm) {
       return 0;
     }
     const float coarse = texture_.at(p, 15);
     const float middle = texture_.at(p, 5.5);
-    const float fine = texture_.at(p, 2.2);
-    const float in_cage = above_apex_ ? 0.0F : ramp(depth_inside(cage_, p.x(), p.y(), 2.15), edge_mm);
+    const float fine = texture_.nearest(p, 1.9);
+    const float in_cage = above_apex_ ? 0.0F : ramp(depth_inside(cage_, p.x(), p.y(), 0.1), edge_mm);
     float value = wall(p, depth, coarse, middle, fine);
     if (in_cage > 0) {
       value = mix(value, inside(p, edge_mm, coarse, middle, fine), in_cage);

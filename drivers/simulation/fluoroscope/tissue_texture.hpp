@@ -36,6 +36,11 @@ class TissueTexture {
     const float low = plane(cell.z());
     return low + t.z() * (plane(cell.z() + 1) - low);
   }
+  /// The same without interpolation: for scales of about a voxel.
+  [[nodiscard]] float nearest(const Eigen::Vector3d& p_mm, double scale_mm) const {
+    const Eigen::Vector3i cell = ((p_mm / scale_mm).array() + kFar).cast<int>();
+    return 0.6F * value(cell.x(), cell.y(), cell.z());
+  }
 
  private:
   static constexpr int kCells = 64;
