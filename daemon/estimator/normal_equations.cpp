@@ -1,5 +1,7 @@
 #include "daemon/estimator/normal_equations.hpp"
 
+#include "daemon/estimator/positive_definite.hpp"
+
 namespace tubed {
 
 NormalEquations::NormalEquations(int column_count)
@@ -88,14 +90,8 @@ bool NormalEquations::solve(double damping, Eigen::Matrix3Xd& step) {
 }
 
 bool NormalEquations::invert() {
-  factor_ = matrix_;
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
-  if (cholesky.info() != Eigen::Success) {
-    return false;
-  }
-  inverse_.setIdentity();
-  cholesky.solveInPlace(inverse_);
-  return inverse_.allFinite();
+  inverse_ = matrix_;
+  return invert_positive_definite(inverse_, factor_);
 }
 
 Eigen::Matrix3d NormalEquations::covariance(int first, const std::array<double, 4>& weights) const {

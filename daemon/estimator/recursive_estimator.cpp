@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/estimator/positive_definite.hpp"
 #include "daemon/estimator/report.hpp"
 
 namespace tubed {
@@ -31,6 +32,12 @@ constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the new
 
 }  // namespace
 
+RecursiveEstimator::State::State(int column_count, const EstimatorSettings& settings)
+    : C(Eigen::Matrix3Xd::Zero(3, column_count)),
+      m(C),
+      P(Eigen::MatrixXd::Identity(C.size(), C.size())),
+      noise(settings) {}
+
 RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
                                        const InstrumentDescription& instrument, const RoomDescription& room)
     : settings_(settings),
@@ -41,24 +48,25 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
       views_(settings, instrument, room),
       motion_(map_.spline(), map_.column_count()),
-      noise_(settings),
-      C_(Eigen::Matrix3Xd::Zero(3, map_.column_count())),
-      C_before_(C_),
-      m_(C_),
-      P_(Eigen::MatrixXd::Identity(C_.size(), C_.size())),
-      prior_{P_, C_},
-      factor_(P_),
-      departure_(Eigen::VectorXd::Zero(C_.size())),
+      coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
+      state_(map_.column_count(), settings),
+      past_{state_, state_, state_, state_, state_, state_, state_, state_},
+      prior_{state_.P, state_.C},
+      C_before_(state_.C),
+      shape_(state_.C),
+      scratch_(state_.P),
+      departure_(Eigen::VectorXd::Zero(state_.C.size())),
       information_times_departure_(departure_) {}
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
-  noise_.reset();
-  has_state_ = false;
+  state_.noise.reset();
+  state_.begun = false;
+  state_.newest_em = MonotonicTime{};
+  for (State& past : past_) {
+    past.begun = false;
+  }
   has_covariance_ = false;
-  gated_ = {};
-  images_without_tube_ = 0;
-  heard_ = MonotonicTime{};
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
@@ -74,19 +82,15 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   if (is_stale(frame, observation, settings_)) {
     estimate.reasons.add(Reason::kEmStale);
   } else {
-    listen(observation, *frame);
-    // Begun while all was taken for noise: too sure of itself if it is not.
-    const bool began_blind = has_state_ && noise_.known() && !began_with_known_noise_;
-    if (!has_state_ || began_blind || observation.instant - state_time_ > std::chrono::seconds(1)) {
-      has_state_ = initialise(observation, coils, *frame, estimate);
-    } else {
-      advance(observation, *frame, coils, estimate);
+    if (observation.is_image_instant && observation.instant < state_.time) {
+      go_back(observation.instant);
     }
-    if (has_state_) {
-      shape_time_ = observation.is_image_instant ? observation.instant : state_time_;
+    advance(observation, *frame, coils, estimate);
+    if (state_.begun) {
+      shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
     }
   }
-  const FoundShape shape{&map_.spline(), has_state_ ? &C_ : nullptr, has_covariance_ ? &map_ : nullptr,
+  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, has_covariance_ ? &map_ : nullptr,
                          shape_time_};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
@@ -94,228 +98,263 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   judge(observation, coils, {true, registered_, converged_, images_}, estimate);
 }
 
-void RecursiveEstimator::listen(const Observation& observation, const EmFrame& newest) {
-  const EmHistory& history = *observation.em;
-  std::size_t waiting = 0;
-  for (const EmFrame* frame = &newest;
-       frame != nullptr && frame->measured > heard_ && waiting < kMostEmFrames;
-       frame = history.before(&newest, waiting)) {
-    ++waiting;
+// To the newest state that is not younger than `time`. Without one the present state has to do.
+void RecursiveEstimator::go_back(MonotonicTime time) {
+  const State* best = nullptr;
+  for (const State& past : past_) {
+    if (past.begun && past.time <= time && (best == nullptr || past.time > best->time)) {
+      best = &past;
+    }
   }
-  while (waiting > 0) {
-    noise_.observe(*history.before(&newest, --waiting), history, instrument_);
+  if (best == nullptr) {
+    return;
   }
-  heard_ = newest.measured;
+  state_ = *best;
+  for (State& past : past_) {
+    past.begun = past.begun && past.time <= time;  // the younger ones have not seen this image
+  }
 }
 
+void RecursiveEstimator::remember() {
+  past_[next_past_] = state_;
+  next_past_ = (next_past_ + 1) % kPastStates;
+}
+
+// What the coils have shown of their noise so far decides how much of their error stays.
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
                                     const EmFrame& frame, TubeEstimate& estimate) {
-  gated_ = {};
-  images_without_tube_ = 0;
-  freedom_ = 1;
+  state_.gated = {};
+  state_.images_without_tube = 0;
+  state_.freedom = 1;
+  state_.begun = false;
   if (!start_.solve_em(coils, estimate)) {
     return false;
   }
   if (registered_) {
     images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
-  const Eigen::Index n = start_.C().cols();
-  const auto k = static_cast<Eigen::Index>(instrument_.coils.size());
-  began_with_known_noise_ = noise_.known();
-  lasting_position_mm_ = noise_.lasting_position_mm();
-  lasting_tangent_ = noise_.lasting_tangent();
-  C_.setZero();
-  C_.leftCols(n) = start_.C();
+  const CoilNoise& noise = state_.noise;
+  state_.began_with_known_noise = noise.known();
+  state_.lasting_position_mm = noise.lasting_position_mm();
+  state_.lasting_tangent = noise.lasting_tangent();
+  Eigen::Matrix3Xd& C = state_.C;
+  C.setZero();
+  C.leftCols(start_.C().cols()) = start_.C();
   prior_.mean.setZero();
   prior_.information.setZero();
-  prior_.information.diagonal()
-      .segment(3 * n, 3 * k)
-      .setConstant(1 / (lasting_position_mm_ * lasting_position_mm_));
-  prior_.information.diagonal()
-      .segment(3 * (n + k), 3 * k)
-      .setConstant(1 / (lasting_tangent_ * lasting_tangent_));
-  prior_.information.diagonal().tail<3>().setOnes();
+  const auto know = [this](int column, double sigma) {
+    prior_.information.diagonal().segment<3>(3 * column).setConstant(1 / (sigma * sigma));
+  };
+  for (int coil = 0; coil < static_cast<int>(instrument_.coils.size()); ++coil) {
+    know(map_.position_error_column(coil), state_.lasting_position_mm);
+    know(map_.tangent_error_column(coil), state_.lasting_tangent);
+  }
+  know(map_.column_count() - 1, 1);  // the speed: set by the motion below
   map_.set_stiffness(1, 1);
-  map_.set_coil_noise(noise_.noise_position_mm(), noise_.noise_tangent());
+  map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
   const auto lines = views_.constraints(observation, 1, false);
   estimate.iterations +=
-      static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C_, converged_));
+      static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C, converged_));
   map_.set_stiffness(kNoStrain, 1);
-  if (!map_.invert_at(coils, lines, &prior_, C_)) {
+  const bool inverted = map_.invert_at(coils, lines, &prior_, C);
+  map_.set_stiffness(1, 1);
+  if (!inverted) {
     return false;
   }
-  P_ = map_.coefficient_covariance();
-  motion_.begin(C_, P_);
-  m_ = C_;
-  map_.set_stiffness(1, 1);
-  has_covariance_ = map_.invert_at(coils, lines, &prior_, C_);
-  state_time_ = observation.is_image_instant ? observation.instant : frame.measured;
-  newest_em_ = frame.measured;
-  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
-    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
-    coil_places_mm_[i] = combine(C_, basis.first, basis.value);
-  }
+  state_.P = map_.coefficient_covariance();
+  motion_.begin(C, state_.P);
+  state_.m = C;
+  state_.time = observation.is_image_instant ? observation.instant : frame.measured;
+  state_.newest_em = frame.measured;
+  state_.begun = true;
+  place_coils();
+  has_covariance_ = map_.invert_at(coils, lines, &prior_, C);
+  shape_ = C;
+  remember();
   return true;
 }
 
 void RecursiveEstimator::advance(const Observation& observation, const EmFrame& newest,
                                  CoilObservations& coils, TubeEstimate& estimate) {
   const EmHistory& history = *observation.em;
+  if (state_.begun && newest.measured - state_.newest_em > std::chrono::seconds(1)) {
+    state_.begun = false;
+  }
   std::size_t waiting = 0;
   for (const EmFrame* frame = &newest;
-       frame != nullptr && frame->measured > newest_em_ && waiting < kMostEmFrames;
+       frame != nullptr && frame->measured > state_.newest_em && waiting < kMostEmFrames;
        frame = history.before(&newest, waiting)) {
     ++waiting;
   }
   while (waiting > 0) {
     const EmFrame* frame = history.before(&newest, --waiting);
-    const double interval_s = seconds_between(newest_em_, frame->measured);
-    coils = observe(frame, history);
-    predict(frame->measured);
-    gate(coils, frame->measured);
-    update(coils, {}, interval_s, estimate);
-    newest_em_ = frame->measured;
+    state_.noise.observe(*frame, history, instrument_);
+    const double interval_s = seconds_between(state_.newest_em, frame->measured);
+    state_.newest_em = frame->measured;
+    if (state_.begun) {
+      update_coils(coils, *frame, history, interval_s);
+    }
   }
-  if (registered_ && observation.is_image_instant) {
-    predict(observation.instant);
-    update_image(observation, estimate);
+  // Begun while all was taken for noise: too sure of itself if it is not.
+  const bool began_blind = state_.noise.known() && !state_.began_with_known_noise;
+  if (state_.begun && !began_blind && !is_lost(state_.time)) {
+    if (registered_ && observation.is_image_instant) {
+      predict(observation.instant);
+      update_image(observation, estimate);
+      shape_ = state_.C;
+    } else {
+      // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
+      shape_ = state_.C;
+      settle(shape_, estimate);
+    }
   }
-  if (!has_state_ || is_lost(state_time_)) {
+  if (!state_.begun || began_blind || is_lost(state_.time)) {
     coils = observe(&newest, history);
-    has_state_ = initialise(observation, coils, newest, estimate);
+    initialise(observation, coils, newest, estimate);
   }
 }
 
+void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
+                                      double interval_s) {
+  coils = observe(&frame, history);
+  predict(frame.measured);
+  gate(coils, frame.measured);
+  const CoilNoise& noise = state_.noise;
+  state_.begun = coil_update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), state_.C,
+                                    state_.m, state_.P);
+  adapt_freedom(coil_update_.pull().chi_squared, coil_update_.pull().expected, interval_s);
+  remember();
+}
+
 void RecursiveEstimator::predict(MonotonicTime time) {
-  const double dt_s = seconds_between(state_time_, time);
+  const double dt_s = seconds_between(state_.time, time);
   if (dt_s <= 0) {
     return;
   }
-  state_time_ = time;
-  motion_.predict(dt_s, freedom_, C_, m_, P_);
-  forget_coil_errors();
+  state_.time = time;
+  motion_.predict(dt_s, state_.freedom, state_.C, state_.m, state_.P);
+  age_coil_errors();
+}
+
+void RecursiveEstimator::place_coils() {
+  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
+    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
+    state_.coil_places_mm[i] = combine(state_.C, basis.first, basis.value);
+  }
 }
 
 // A Gauss-Markov process over the way each coil has gone. If more of the error turns out to stay than was
 // thought, that much is added.
-void RecursiveEstimator::forget_coil_errors() {
-  const double was_position_mm = lasting_position_mm_;
-  const double was_tangent = lasting_tangent_;
-  lasting_position_mm_ = noise_.lasting_position_mm();
-  lasting_tangent_ = noise_.lasting_tangent();
+void RecursiveEstimator::age_coil_errors() {
+  const double was_position_mm = state_.lasting_position_mm;
+  const double was_tangent = state_.lasting_tangent;
+  state_.lasting_position_mm = state_.noise.lasting_position_mm();
+  state_.lasting_tangent = state_.noise.lasting_tangent();
+  const std::array<Eigen::Vector3d, kMaxCoils> before_mm = state_.coil_places_mm;
+  place_coils();
   for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
-    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
-    const Eigen::Vector3d place_mm = combine(C_, basis.first, basis.value);
-    const double kept = std::exp(-(place_mm - coil_places_mm_[i]).norm() / kErrorLength_mm);
-    coil_places_mm_[i] = place_mm;
+    const double kept = std::exp(-(state_.coil_places_mm[i] - before_mm[i]).norm() / kErrorLength_mm);
     const auto age = [&](int column, double sigma, double was) {
-      C_.col(column) *= kept;
-      m_.col(column) *= kept;
-      P_.middleRows<3>(3 * column) *= kept;
-      P_.middleCols<3>(3 * column) *= kept;
-      P_.block<3, 3>(3 * column, 3 * column).diagonal().array() +=
+      state_.C.col(column) *= kept;
+      state_.m.col(column) *= kept;
+      state_.P.middleRows<3>(3 * column) *= kept;
+      state_.P.middleCols<3>(3 * column) *= kept;
+      state_.P.block<3, 3>(3 * column, 3 * column).diagonal().array() +=
           (1 - kept * kept) * sigma * sigma + std::max(0.0, sigma * sigma - was * was);
     };
-    age(map_.position_error_column(static_cast<int>(i)), lasting_position_mm_, was_position_mm);
-    age(map_.tangent_error_column(static_cast<int>(i)), lasting_tangent_, was_tangent);
+    age(map_.position_error_column(static_cast<int>(i)), state_.lasting_position_mm, was_position_mm);
+    age(map_.tangent_error_column(static_cast<int>(i)), state_.lasting_tangent, was_tangent);
   }
 }
 
 bool RecursiveEstimator::refresh_information() {
-  prior_.mean = m_;
-  factor_ = P_;
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
-  if (cholesky.info() != Eigen::Success) {
-    has_state_ = false;  // numerically lost: begin again with the next measurement
+  prior_.mean = state_.m;
+  prior_.information = state_.P;
+  if (!invert_positive_definite(prior_.information, scratch_)) {
+    state_.begun = false;  // numerically lost: begin again
     return false;
   }
-  prior_.information.setIdentity();
-  cholesky.solveInPlace(prior_.information);
   return true;
 }
 
-bool RecursiveEstimator::update(const CoilObservations& coils, std::span<const ViewConstraints> lines,
-                                double interval_s, TubeEstimate& estimate) {
+// The shape is what the measurements and the tube's stiffness make together.
+bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
   if (!refresh_information()) {
     return false;
   }
-  map_.set_coil_noise(noise_.noise_position_mm(), noise_.noise_tangent());
-  estimate.iterations +=
-      static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, kUpdateIterations, C_, converged_));
+  estimate.iterations += static_cast<std::uint32_t>(
+      map_.refine(CoilObservations{}, {}, &prior_, kUpdateIterations, C, converged_));
   converged_ = true;  // one step of Gauss-Newton from a prediction is as good as many
-  return keep(coils, lines, interval_s);
-}
-
-// The measurements go on as a Gaussian; the shape is what they and the tube's stiffness make together.
-bool RecursiveEstimator::keep(const CoilObservations& coils, std::span<const ViewConstraints> lines,
-                              double interval_s) {
-  if (!map_.condense(coils, lines, prior_, C_, m_)) {
-    has_state_ = false;
-    return false;
-  }
-  P_ = map_.coefficient_covariance();
-  adapt_freedom(interval_s);
-  has_covariance_ = map_.invert_at(coils, lines, &prior_, C_);
+  has_covariance_ = map_.invert_at(CoilObservations{}, {}, &prior_, C);
   return true;
-}
-
-void RecursiveEstimator::update_image(const Observation& observation, TubeEstimate& estimate) {
-  if (!refresh_information()) {
-    return;
-  }
-  const double interval_s = seconds_between(confirmed_, observation.instant);
-  C_before_ = C_;
-  bool looked = false;
-  for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map_.spline(), C_, reach, estimate);
-    const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
-    if (lines.empty()) {
-      break;
-    }
-    estimate.iterations += static_cast<std::uint32_t>(
-        map_.refine(CoilObservations{}, lines, &prior_, kUpdateIterations, C_, converged_));
-  }
-  converged_ = true;
-  judge_images(observation, looked, estimate);
-  keep(CoilObservations{}, views_.constraints(observation, kImageVarianceFactor, true), interval_s);
-}
-
-// chi^2 of the way from the prediction.
-double RecursiveEstimator::pull(const Eigen::Matrix3Xd& C) {
-  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C_.cols()) = C - prior_.mean;
-  information_times_departure_.noalias() = prior_.information * departure_;
-  return departure_.dot(information_times_departure_);
-}
-
-// With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
-void RecursiveEstimator::adapt_freedom(double interval_s) {
-  const double expected = static_cast<double>(C_.size()) - prior_.information.cwiseProduct(P_).sum();
-  if (expected < 1) {
-    return;
-  }
-  const double ratio = std::clamp(pull(m_) / expected, 0.1, 10.0);
-  const double share = std::clamp(interval_s / kFreedomMemory_s, 0.0, 1.0);
-  freedom_ = std::clamp(freedom_ * std::pow(ratio, share), kFreedomLeast, kFreedomMost);
 }
 
 // An image in which too few lines agree, or whose lines pull the prediction further than it can be wrong,
 // shows something else: the prediction stays.
-void RecursiveEstimator::judge_images(const Observation& observation, bool looked, TubeEstimate& estimate) {
-  if (!looked || estimate.in_view_ratio <= 0) {
+void RecursiveEstimator::update_image(const Observation& observation, TubeEstimate& estimate) {
+  if (!settle(state_.C, estimate)) {
     return;
   }
+  C_before_ = state_.C;
+  bool looked = false;
+  std::span<const ViewConstraints> lines;
+  for (const int reach : kReaches_px) {
+    looked = views_.measure(observation, map_.spline(), state_.C, reach, estimate);
+    lines = views_.constraints(observation, kImageVarianceFactor, true);
+    if (lines.empty()) {
+      break;
+    }
+    estimate.iterations += static_cast<std::uint32_t>(
+        map_.refine(CoilObservations{}, lines, &prior_, kUpdateIterations, state_.C, converged_));
+  }
+  converged_ = true;
+  if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
+    images_ = ImageVerdict::kLost;
+    ++state_.images_without_tube;
+    views_.forget_instant(observation.instant);
+    estimate.has_image = false;
+    state_.C = C_before_;
+    return;
+  }
+  if (lines.empty()) {
+    return;
+  }
+  const double interval_s = seconds_between(state_.confirmed, observation.instant);
+  images_ = ImageVerdict::kShowsTube;
+  state_.images_without_tube = 0;
+  state_.confirmed = observation.instant;
+  if (!map_.condense(CoilObservations{}, lines, prior_, state_.C, state_.m)) {
+    state_.begun = false;
+    return;
+  }
+  state_.P = map_.coefficient_covariance();
+  // With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
+  adapt_freedom(pull(state_.m),
+                static_cast<double>(state_.C.size()) - prior_.information.cwiseProduct(state_.P).sum(),
+                interval_s);
+  has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, state_.C);
+  remember();
+}
+
+bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  if (agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(C_) < kDoubtfulPull)) {
-    images_ = ImageVerdict::kShowsTube;
-    images_without_tube_ = 0;
-    confirmed_ = observation.instant;
+  return agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(state_.C) < kDoubtfulPull);
+}
+
+// chi^2 of the way from the prediction.
+double RecursiveEstimator::pull(const Eigen::Matrix3Xd& C) {
+  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C.cols()) = C - prior_.mean;
+  information_times_departure_.noalias() = prior_.information * departure_;
+  return departure_.dot(information_times_departure_);
+}
+
+void RecursiveEstimator::adapt_freedom(double pulled, double expected, double interval_s) {
+  if (expected < 1) {
     return;
   }
-  images_ = ImageVerdict::kLost;
-  ++images_without_tube_;
-  views_.forget_instant(observation.instant);
-  estimate.has_image = false;
-  C_ = C_before_;
+  const double ratio = std::clamp(pulled / expected, 0.1, 10.0);
+  const double share = std::clamp(interval_s / kFreedomMemory_s, 0.0, 1.0);
+  state_.freedom = std::clamp(state_.freedom * std::pow(ratio, share), kFreedomLeast, kFreedomMost);
 }
 
 Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {
@@ -328,11 +367,11 @@ Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation&
   }
   columns[4] = map_.position_error_column(index);
   weights[4] = 1;
-  const double noise_mm = noise_.noise_position_mm();
+  const double noise_mm = state_.noise.noise_position_mm();
   Eigen::Matrix3d sum = noise_mm * noise_mm * Eigen::Matrix3d::Identity();
   for (std::size_t a = 0; a < 5; ++a) {
     for (std::size_t b = 0; b < 5; ++b) {
-      sum += weights[a] * weights[b] * P_.block<3, 3>(3 * columns[a], 3 * columns[b]);
+      sum += weights[a] * weights[b] * state_.P.block<3, 3>(3 * columns[a], 3 * columns[b]);
     }
   }
   return sum;
@@ -342,14 +381,14 @@ Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation&
 void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    GatedCoil& gated = gated_[static_cast<std::size_t>(i)];
+    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
     if (!coil.used()) {
       gated = GatedCoil{};
       continue;
     }
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
-    const Eigen::Vector3d innovation =
-        coil.p_world_mm - combine(C_, basis.first, basis.value) - C_.col(map_.position_error_column(i));
+    const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
+                                       state_.C.col(map_.position_error_column(i));
     const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
     if (chi_squared <= kGate) {
       gated = GatedCoil{};
@@ -366,16 +405,17 @@ void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
 bool RecursiveEstimator::is_lost(MonotonicTime now) const {
   int gated_now = 0;
   double longest_s = 0;
-  for (const GatedCoil& coil : gated_) {
+  for (const GatedCoil& coil : state_.gated) {
     if (coil.times > 0) {
       ++gated_now;
       longest_s = std::max(longest_s, seconds_between(coil.since, now));
     }
   }
-  const bool confirmed = to_ns(confirmed_) != 0 && seconds_between(confirmed_, now) < kConfirmedFor_s;
+  const bool confirmed =
+      to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, now) < kConfirmedFor_s;
   return 2 * gated_now > static_cast<int>(instrument_.coils.size()) ||
          (gated_now > 0 && longest_s >= (confirmed ? kLostThoughConfirmed_s : kLostAfter_s)) ||
-         images_without_tube_ >= kLostImages;
+         state_.images_without_tube >= kLostImages;
 }
 
 }  // namespace tubed

@@ -4,15 +4,18 @@
 #include <array>
 
 #include "daemon/estimator/coil_noise.hpp"
+#include "daemon/estimator/coil_update.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/tube_motion.hpp"
 
 namespace tubed {
 
-/// See Estimator for thread and promises. State: the coefficients and, for each coil, an error of its
-/// position and its tangent that stays, together a Gaussian. Every EM measurement is an update in the order
-/// of time, every image another one. Begins, and begins again after a loss, from SingleFrameSolver.
+/// See Estimator for thread and promises. State: the coefficients, for each coil an error of its position and
+/// its tangent that stays, and the speed, together a Gaussian. Every EM measurement is an update in the order
+/// of time, every image another one; an image that arrives after younger EM measurements is taken into the
+/// state of its own time, and the next estimate goes through those measurements again. Begins, and begins
+/// again after a loss, from SingleFrameSolver.
 class RecursiveEstimator final : public Estimator {
  public:
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
@@ -28,58 +31,70 @@ class RecursiveEstimator final : public Estimator {
     MonotonicTime since{};
   };
 
+  /// All that is known at a time; copied without allocating.
+  struct State {
+    explicit State(int column_count, const EstimatorSettings& settings);
+    bool begun = false;
+    MonotonicTime time{};
+    MonotonicTime newest_em{};  ///< measurement time of the newest EM frame used
+    Eigen::Matrix3Xd C;         ///< the shape with stiffness: coefficients, errors of coils, speed
+    Eigen::Matrix3Xd m;         ///< mean of what was measured, without stiffness; columns as in C
+    Eigen::MatrixXd P;          ///< covariance of m; mm^2 and what the other columns' units make of it
+    CoilNoise noise;
+    bool began_with_known_noise = false;
+    double lasting_position_mm = 0;
+    double lasting_tangent = 0;
+    std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
+    std::array<GatedCoil, kMaxCoils> gated{};
+    double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
+    int images_without_tube = 0;
+    MonotonicTime confirmed{};  ///< newest image that showed the tube where it was expected
+  };
+
   CoilObservations observe(const EmFrame* frame, const EmHistory& history) const;
-  void listen(const Observation& observation, const EmFrame& newest);
+  void go_back(MonotonicTime time);
+  void remember();
   bool initialise(const Observation& observation, CoilObservations& coils, const EmFrame& frame,
                   TubeEstimate& estimate);
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
-  void predict(MonotonicTime time);
-  void forget_coil_errors();
-  bool update(const CoilObservations& coils, std::span<const ViewConstraints> lines, double interval_s,
-              TubeEstimate& estimate);
+  void update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
+                    double interval_s);
   void update_image(const Observation& observation, TubeEstimate& estimate);
+  bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);
+  void predict(MonotonicTime time);
+  void place_coils();
+  void age_coil_errors();
+  bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
-  bool keep(const CoilObservations& coils, std::span<const ViewConstraints> lines, double interval_s);
-  void adapt_freedom(double interval_s);
-  void judge_images(const Observation& observation, bool looked, TubeEstimate& estimate);
+  void adapt_freedom(double pulled, double expected, double interval_s);
+  bool shows_tube(const TubeEstimate& estimate);
   void gate(CoilObservations& coils, MonotonicTime time);
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
   [[nodiscard]] bool is_lost(MonotonicTime now) const;
-  bool refresh_information();
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;
   RigidTransform T_world_em_;
   bool registered_;
-  SingleFrameSolver start_;  ///< with the weights of one frame
-  TubeMap map_;              ///< with the weights of one of many frames
+  SingleFrameSolver start_;
+  TubeMap map_;
   TubeViews views_;
   TubeMotion motion_;
-  CoilNoise noise_;
-  Eigen::Matrix3Xd C_;         ///< the shape: coefficients, position errors, tangent errors of the coils
+  CoilUpdate coil_update_;
+  State state_;
+  static constexpr std::size_t kPastStates = 8;
+  std::array<State, kPastStates> past_;  ///< ring of the states after each update, for late images
+  std::size_t next_past_ = 0;
+  GaussianPrior prior_;        ///< m and P as the solver wants them
   Eigen::Matrix3Xd C_before_;  ///< the shape before the images of this instant
-  Eigen::Matrix3Xd m_;         ///< mean of what was measured, without stiffness; columns as in C
-  Eigen::MatrixXd P_;          ///< covariance, mm^2 and what the tangents' unit 1 makes of it
-  GaussianPrior prior_;        ///< the prediction as the solver wants it
-  Eigen::MatrixXd factor_;     ///< scratch
-  Eigen::VectorXd departure_;  ///< scratch
-  Eigen::VectorXd information_times_departure_;              ///< scratch
-  std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm_{};  ///< on the tube, when errors last aged
-  std::array<GatedCoil, kMaxCoils> gated_{};
-  double freedom_ = 1;  ///< of the sideways motion, learnt from how far updates pull
-  double lasting_position_mm_ = 0;
-  double lasting_tangent_ = 0;
-  bool began_with_known_noise_ = false;
-  int images_without_tube_ = 0;
+  Eigen::Matrix3Xd shape_;     ///< the one published
+  Eigen::MatrixXd scratch_;
+  Eigen::VectorXd departure_;
+  Eigen::VectorXd information_times_departure_;
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
-  MonotonicTime confirmed_{};                  ///< newest image that showed the tube where it was expected
-  bool has_state_ = false;
   bool has_covariance_ = false;
   bool converged_ = true;
-  MonotonicTime state_time_{};
-  MonotonicTime newest_em_{};  ///< measurement time of the newest EM frame used
-  MonotonicTime heard_{};      ///< measurement time of the newest EM frame whose noise was looked at
   MonotonicTime shape_time_{};
 };
 

@@ -117,6 +117,73 @@ TEST(RecursiveEstimator, ASnapIsFollowedAtOnce) {
   EXPECT_LT(bench.rms_mm(20), 5);
 }
 
+/// The shape's points after measurements every 25 ms until 2 s with images every 100 ms, each shown `late`
+/// after its exposure and with a tick at every measurement if `ticks`.
+std::vector<Eigen::Vector3d> shape_with_images(milliseconds late, bool ticks) {
+  FilterBench bench;
+  std::vector<MonotonicTime> exposures;
+  const MonotonicTime start = bench.now;
+  const auto ask = [&](MonotonicTime instant, MonotonicTime now, bool is_image) {
+    Observation observation;
+    observation.instant = instant;
+    observation.now = now;
+    observation.em = bench.history.get();
+    observation.is_image_instant = is_image;
+    if (is_image) {
+      bench.image = image_of_arc(bench.room, instant);
+      bench.newest_image = instant;
+      observation.images[0] = &bench.image;
+    }
+    observation.newest_image = bench.newest_image;
+    observation.image_patience = milliseconds(220);
+    bench.estimator->estimate(observation, *bench.estimate);
+  };
+  for (int i = 1; i <= 86; ++i) {
+    const MonotonicTime now = start + i * milliseconds(25);
+    bench.history->add(measure_coils(bench.room, now, 4, static_cast<unsigned>(i)));
+    const bool beginning = now - start <= milliseconds(500);
+    if (ticks || beginning) {
+      ask(now, now, false);
+    }
+    const MonotonicTime exposure = beginning ? now : now - late;
+    if (!beginning && exposure - start <= milliseconds(500)) {
+      continue;
+    }
+    if ((exposure - start) % milliseconds(100) == milliseconds(0) && exposure > start) {
+      ask(exposure, now, true);
+      if (exposure == start + milliseconds(2000)) {
+        break;
+      }
+    }
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < bench.estimate->point_count; ++i) {
+    points.emplace_back(Eigen::Map<const Eigen::Vector3d>(bench.estimate->points[i].p_world_mm.data()));
+  }
+  return points;
+}
+
+double greatest_distance_mm(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  double greatest = a.size() == b.size() && !a.empty() ? 0 : 1e9;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    greatest = std::max(greatest, (a[i] - b[i]).norm());
+  }
+  return greatest;
+}
+
+// What the daemon finds live, with the latency of images and ticks between them, is what is found offline.
+TEST(RecursiveEstimator, ALateImageGivesTheShapeOfItsOwnTime) {
+  const auto in_time = shape_with_images(milliseconds(0), false);
+  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(50), true), in_time), 1e-3);
+  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(100), true), in_time), 1e-3);
+}
+
+TEST(RecursiveEstimator, ATickLeavesNoTrace) {
+  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(0), true),
+                                 shape_with_images(milliseconds(0), false)),
+            1e-3);
+}
+
 TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {
   FilterBench bench;
   bench.with_images = false;

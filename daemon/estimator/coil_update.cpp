@@ -1,0 +1,91 @@
+#include "daemon/estimator/coil_update.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace tubed {
+
+CoilUpdate::CoilUpdate(int most_coils, int column_count)
+    : PHt_(Eigen::MatrixXd::Zero(3 * column_count, 6 * most_coils)),
+      S_(Eigen::MatrixXd::Zero(6 * most_coils, 6 * most_coils)),
+      Y_(Eigen::MatrixXd::Zero(6 * most_coils, 3 * column_count)),
+      innovation_(Eigen::VectorXd::Zero(6 * most_coils)),
+      step_(Eigen::VectorXd::Zero(3 * column_count)) {}
+
+void CoilUpdate::add(const Rows& rows, const Eigen::Vector3d& residual_at_C, const Eigen::Matrix3Xd& C,
+                     const Eigen::Matrix3Xd& m, const Eigen::MatrixXd& P) {
+  rows_[static_cast<std::size_t>(count_)] = rows;
+  auto covariance = PHt_.middleCols<3>(3 * count_);
+  Eigen::Vector3d departure = rows.scale * (m.col(rows.further) - C.col(rows.further));
+  covariance = rows.scale * P.middleCols<3>(3 * rows.further);
+  for (int k = 0; k < 4; ++k) {
+    const int column = rows.first + k;
+    const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
+    covariance.noalias() += P.middleCols<3>(3 * column) * gradient.transpose();
+    departure += gradient * (m.col(column) - C.col(column));
+  }
+  innovation_.segment<3>(3 * count_) = -(residual_at_C + departure);
+  ++count_;
+}
+
+bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double sigma_position_mm,
+                       double sigma_tangent, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P) {
+  count_ = 0;
+  pull_ = Pull{};
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (!coil.used()) {
+      continue;
+    }
+    const CubicBasis basis = map.spline().basis(coil.s_mm);
+    const int position = map.position_error_column(i);
+    const int tangent = map.tangent_error_column(i);
+    add({basis.first, basis.value, Eigen::Matrix3d::Identity() / sigma_position_mm, position,
+         1 / sigma_position_mm},
+        (combine(C, basis.first, basis.value) + C.col(position) - coil.p_world_mm) / sigma_position_mm, C, m,
+        P);
+    const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+    const double speed = std::max(derivative.norm(), 1e-6);
+    const Eigen::Vector3d direction = derivative / speed;
+    const Eigen::Matrix3d turning =
+        -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent);
+    add({basis.first, basis.first_derivative, turning, tangent, 1 / sigma_tangent},
+        (-direction + C.col(tangent) - coil.tangent_world) / sigma_tangent, C, m, P);
+  }
+  if (count_ == 0) {
+    return true;
+  }
+  const Eigen::Index n = 3 * count_;
+  auto S = S_.topLeftCorner(n, n);
+  for (Eigen::Index a = 0; a < count_; ++a) {
+    const Rows& rows = rows_[static_cast<std::size_t>(a)];
+    auto band = S.middleRows<3>(3 * a);
+    band = rows.scale * PHt_.block(3 * rows.further, 0, 3, n);
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
+      band.noalias() += gradient * PHt_.block(3 * (rows.first + k), 0, 3, n);
+    }
+  }
+  S.diagonal().array() += 1;
+  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(S);
+  if (cholesky.info() != Eigen::Success) {
+    return false;
+  }
+  auto Y = Y_.topRows(n);
+  Y = PHt_.leftCols(n).transpose();
+  cholesky.matrixL().solveInPlace(Y);
+  auto innovation = innovation_.head(n);
+  cholesky.matrixL().solveInPlace(innovation);
+  // Of the whitened innovation, unit covariance in expectation: how much of it is more than the noise itself.
+  pull_.chi_squared = innovation.squaredNorm();
+  pull_.expected = static_cast<double>(n);
+  step_.noalias() = Y.transpose() * innovation;
+  P.selfadjointView<Eigen::Lower>().rankUpdate(Y.transpose(), -1);
+  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  const Eigen::Map<const Eigen::Matrix3Xd> step(step_.data(), 3, m.cols());
+  m += step;
+  C += step;
+  return step_.allFinite();
+}
+
+}  // namespace tubed

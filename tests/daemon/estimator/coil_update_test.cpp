@@ -1,0 +1,77 @@
+#include "daemon/estimator/coil_update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "daemon/estimator/positive_definite.hpp"
+#include "tests/daemon/estimator/simulated_tube.hpp"
+
+namespace tubed {
+namespace {
+
+/// A state near the arc with correlated uncertainty, and coils measured on it.
+struct UpdateBench {
+  UpdateBench() : map(EstimatorSettings{}, 380, 5, 1) {
+    const Eigen::Index n = map.spline().coefficient_count();
+    C = Eigen::Matrix3Xd::Zero(3, map.column_count());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      C.col(i) =
+          arc_point(static_cast<double>(i - 1) * map.spline().spacing_mm()) + Eigen::Vector3d(1, -2, 3);
+    }
+    std::srand(7);
+    const Eigen::MatrixXd A = Eigen::MatrixXd::Random(C.size(), C.size());
+    P = 0.02 * (A * A.transpose() + Eigen::MatrixXd::Identity(C.size(), C.size()));
+    m = C + 0.3 * Eigen::Matrix3Xd::Random(3, C.cols());
+    const auto history = std::make_unique<EmHistory>();
+    const EmFrame frame = measure_coils(room, from_ns(1), 2, 3);
+    coils = observe_coils(&frame, *history, room.instruments.front(), room.T_world_em, 150'000'000);
+  }
+  RoomDescription room = one_view_room();
+  TubeMap map;
+  Eigen::Matrix3Xd C;
+  Eigen::Matrix3Xd m;
+  Eigen::MatrixXd P;
+  CoilObservations coils;
+};
+
+// Two ways to the same posterior: Kalman's, and normal equations with the prior's information.
+TEST(CoilUpdate, IsTheOneOfTheNormalEquations) {
+  UpdateBench bench;
+  GaussianPrior prior{bench.P, bench.m};
+  Eigen::MatrixXd scratch = bench.P;
+  ASSERT_TRUE(invert_positive_definite(prior.information, scratch));
+  bench.map.set_coil_noise(1.5, 0.02);
+  Eigen::Matrix3Xd mean = bench.m;
+  ASSERT_TRUE(bench.map.condense(bench.coils, {}, prior, bench.C, mean));
+  const Eigen::MatrixXd covariance = bench.map.coefficient_covariance();
+
+  CoilUpdate update(5, bench.map.column_count());
+  Eigen::Matrix3Xd C = bench.C;
+  ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, C, bench.m, bench.P));
+
+  EXPECT_LT((bench.m - mean).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((bench.P - covariance).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(CoilUpdate, WithoutACoilChangesNothing) {
+  UpdateBench bench;
+  for (CoilObservation& coil : bench.coils.coils) {
+    coil.state = CoilState::kMissing;
+  }
+  const Eigen::MatrixXd before = bench.P;
+  CoilUpdate update(5, bench.map.column_count());
+  ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
+  EXPECT_EQ((bench.P - before).cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ(update.pull().expected, 0);
+}
+
+TEST(CoilUpdate, ACovarianceThatIsNoneIsRefused) {
+  UpdateBench bench;
+  bench.P.diagonal().setConstant(-1e6);
+  CoilUpdate update(5, bench.map.column_count());
+  EXPECT_FALSE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
+}
+
+}  // namespace
+}  // namespace tubed
