@@ -13,8 +13,8 @@
 #include "clients/tubectl/simulation_picture.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_writer.hpp"
-#include "drivers/simulation/fluoroscope_renderer.hpp"
 #include "drivers/simulation/simulated_tracker.hpp"
+#include "drivers/simulation/simulated_view.hpp"
 #include "drivers/simulation/simulation_driver.hpp"
 
 namespace tubed {
@@ -57,7 +57,7 @@ class Progress {
   Clock::time_point shown_;
 };
 
-DriverSettings settings_for(const SimulateOptions& options, const Scenario& scenario) {
+DriverSettings settings_for(const SimulateOptions& options) {
   std::map<std::string, SettingValue> values;
   for (const SettingDescription& setting : simulation_settings()) {
     values[setting.name] = setting.default_value;
@@ -65,8 +65,7 @@ DriverSettings settings_for(const SimulateOptions& options, const Scenario& scen
   return DriverSettings(values)
       .with("preset", options.preset)
       .with("seed", options.seed)
-      .with("vessel", options.vessel)
-      .with("cnr", scenario.contrast_to_noise);
+      .with("vessel", options.vessel);
 }
 
 void print_mechanics(const RunReport& report, double seconds) {
@@ -91,14 +90,14 @@ class SequenceSimulation {
   SequenceSimulation(const SimulateOptions& options, const Scenario& scenario)
       : options_(options),
         scenario_(scenario),
-        settings_(settings_for(options, scenario)),
+        settings_(settings_for(options)),
         world_(scenario.room, settings_),
         tracker_(world_, settings_, em_period_s()),
         writer_(options.out, note(), scenario.room) {
+    const AttenuationVolume body = body_of(world_);
     for (const CameraCalibration& camera : scenario.room.cameras) {
-      renderers_.push_back(std::make_unique<FluoroscopeRenderer>(
-          camera, world_, options.seed * 16 + static_cast<std::int64_t>(renderers_.size()),
-          scenario.contrast_to_noise));
+      views_.push_back(
+          std::make_unique<SimulatedView>(camera, world_, options.seed, settings_.get<double>("cnr"), &body));
     }
   }
 
@@ -139,7 +138,7 @@ class SequenceSimulation {
   void write_instant(std::int64_t k) {
     const double t_s = static_cast<double>(k) / scenario_.frame_rate_hz;
     const SequenceTruth truth{0, true_centreline(t_s)};
-    for (std::size_t camera = 0; camera < renderers_.size(); ++camera) {
+    for (std::size_t camera = 0; camera < views_.size(); ++camera) {
       const bool due = camera == 0 || k / options_.every % scenario_.second_view_every == 0;
       if (due) {
         write_view(static_cast<int>(camera), k, t_s, truth);
@@ -156,7 +155,7 @@ class SequenceSimulation {
       const CameraCalibration& calibration = scenario_.room.cameras[static_cast<std::size_t>(camera)];
       GreyImage image{calibration.width, calibration.height, PixelDepth::kGrey8, {}};
       image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-      renderers_[static_cast<std::size_t>(camera)]->render(world_, t_s, k, image.pixels);
+      views_[static_cast<std::size_t>(camera)]->render(world_, t_s, k, image.pixels);
       writer_.add_exposure(frame_, t_s, camera, image);
       ++pictures_;
     } else if (camera == 0) {
@@ -195,7 +194,7 @@ class SequenceSimulation {
   SimulatedWorld world_;
   SimulatedTracker tracker_;
   SequenceWriter writer_;
-  std::vector<std::unique_ptr<FluoroscopeRenderer>> renderers_;
+  std::vector<std::unique_ptr<SimulatedView>> views_;
   std::uint32_t frame_ = 0;
   std::size_t pictures_ = 0;
 };

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "drivers/simulation/counter_random.hpp"
+#include "drivers/simulation/fluoroscope/c_arm.hpp"
 #include "drivers/simulation/vessel_file.hpp"
 
 namespace tubed {
@@ -17,19 +18,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::Vector3d kViewCentre_mm(0, 0, -75);  ///< the arch in the upper third of the image
-
-/// Sec. 3.1: 400 x 600 px, f = 2000 px, principal point (200, 300), 1200 mm away.
-CameraCalibration paper_camera(const std::string& name, double lao_rad, double cranial_rad) {
-  CameraCalibration camera;
-  camera.name = name;
-  camera.width = 400;
-  camera.height = 600;
-  camera.fx = camera.fy = 2000;
-  camera.cx = 200;
-  camera.cy = 300;
-  camera.T_camera_world = c_arm_view(lao_rad, cranial_rad, 1200, kViewCentre_mm);
-  return camera;
-}
 
 /// Sec. 3.1: five coils, 10 mm from the tip and 80, 80, 100, 100 mm on.
 InstrumentDescription paper_catheter() {
@@ -63,10 +51,15 @@ RigidTransform small_motion(CounterRandom& random, double shift_mm, double turn_
   return RigidTransform(Eigen::Translation3d(shift) * Eigen::AngleAxisd(turn_rad, direction()));
 }
 
+/// LAO at which a view faces the plane of the arch.
+double facing_deg(const AortaDimensions& patient) {
+  return 90 - patient.arch_turn_from_anterior_rad / kDegree;
+}
+
 /// What all presets share: another patient for each seed, the paper's commands and catheter, one view that
 /// faces the arch.
-Scenario common(std::string name, std::string meaning, std::int64_t seed, double more_lao_rad,
-                double cranial_rad) {
+Scenario common(std::string name, std::string meaning, std::int64_t seed, double more_lao_deg,
+                double cranial_deg) {
   Scenario scenario;
   scenario.name = std::move(name);
   scenario.meaning = std::move(meaning);
@@ -74,8 +67,8 @@ Scenario common(std::string name, std::string meaning, std::int64_t seed, double
   scenario.patient = aorta_of_patient(seed);
   scenario.commands = paper_commands();
   scenario.room.instruments = {paper_catheter()};
-  const double facing_rad = std::numbers::pi / 2 - scenario.patient.arch_turn_from_anterior_rad;
-  scenario.room.cameras = {paper_camera("A", facing_rad + more_lao_rad, cranial_rad)};
+  scenario.room.cameras = {
+      c_arm_view("A", {facing_deg(scenario.patient) + more_lao_deg, cranial_deg}, kViewCentre_mm)};
   return scenario;
 }
 
@@ -90,9 +83,8 @@ Scenario paper(std::int64_t seed) {
 }
 
 Scenario field(std::int64_t seed) {
-  Scenario scenario =
-      common("field", "a static warp of the tracker's field up to 4 mm and 3 deg, jitter 0.5 mm", seed,
-             10 * kDegree, 5 * kDegree);
+  Scenario scenario = common(
+      "field", "a static warp of the tracker's field up to 4 mm and 3 deg, jitter 0.5 mm", seed, 10, 5);
   CounterRandom random(seed, 7201, 0);
   scenario.room.T_world_em = placed_generator(random);
   scenario.em_phase_s = 0.025 * random.unit();
@@ -104,8 +96,8 @@ Scenario field(std::int64_t seed) {
 }
 
 Scenario frozen(std::int64_t seed) {
-  Scenario scenario = common("frozen", "every coil is off by 4 mm and 3 deg, always the same, jitter 0.3 mm",
-                             seed, 5 * kDegree, 0);
+  Scenario scenario =
+      common("frozen", "every coil is off by 4 mm and 3 deg, always the same, jitter 0.3 mm", seed, 5, 0);
   CounterRandom random(seed, 7202, 0);
   scenario.room.T_world_em = placed_generator(random);
   scenario.em_phase_s = 0.025 * random.unit();
@@ -129,11 +121,11 @@ std::vector<CatheterCommand> clinical_commands() {
 }
 
 Scenario clinical(std::int64_t seed) {
-  Scenario scenario =
-      common("clinical",
-             "pauses of fluoroscopy, drop-outs, outliers reported OK, a stuck coil, metal passing "
-             "by, registration off by 1 mm and 0.3 deg, warped field",
-             seed, -6 * kDegree, -6 * kDegree);
+  Scenario scenario = common("clinical",
+                             "second wire, leads, contrast agent, heart beat, breathing, blades; pauses of "
+                             "fluoroscopy, drop-outs, outliers reported OK, a stuck coil, metal passing "
+                             "by, registration off by 1 mm and 0.3 deg, warped field",
+                             seed, -6, -6);
   CounterRandom random(seed, 7203, 0);
   scenario.commands = clinical_commands();
   scenario.steps_per_s = 12;
@@ -148,6 +140,9 @@ Scenario clinical(std::int64_t seed) {
   scenario.em.jitter_rad = 0.3 * kDegree;
   scenario.em.drop_out_share = 0.01;
   const double first_s = 4 + 2 * random.unit();
+  scenario.clutter = {true, true, true, true, true, -1};
+  scenario.contrast_from_s = first_s + 5;
+  scenario.detector_lag = 0.05;
   scenario.fluoroscopy_off = {{first_s, first_s + 2}, {first_s + 14, first_s + 17}};
   const auto any_sensor = [&] { return 1 + static_cast<int>(5 * random.unit()); };
   scenario.em.events = {
@@ -164,12 +159,10 @@ Scenario clinical(std::int64_t seed) {
 }
 
 Scenario biplane(std::int64_t seed) {
-  Scenario scenario =
-      common("biplane", "a second view, a quarter turn away, with every sixth exposure; warped field", seed,
-             5 * kDegree, 0);
+  Scenario scenario = common(
+      "biplane", "a second view, a quarter turn away, with every sixth exposure; warped field", seed, 5, 0);
   CounterRandom random(seed, 7204, 0);
-  const double facing_rad = std::numbers::pi / 2 - scenario.patient.arch_turn_from_anterior_rad;
-  scenario.room.cameras.push_back(paper_camera("B", facing_rad - 85 * kDegree, 0));
+  scenario.room.cameras.push_back(c_arm_view("B", {facing_deg(scenario.patient) - 85, 0}, kViewCentre_mm));
   scenario.second_view_every = 6;
   scenario.room.T_world_em = placed_generator(random);
   scenario.em_phase_s = 0.025 * random.unit();
@@ -261,23 +254,6 @@ std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
     known = run;
   }
   return run;
-}
-
-RigidTransform c_arm_view(double lao_rad, double cranial_rad, double distance_mm,
-                          const Eigen::Vector3d& target_world_mm) {
-  const Eigen::Vector3d anterior = -Eigen::Vector3d::UnitY();
-  const Eigen::Vector3d left = Eigen::Vector3d::UnitX();
-  const Eigen::Vector3d superior = Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d level = std::cos(lao_rad) * anterior + std::sin(lao_rad) * left;
-  const Eigen::Vector3d toward_camera = std::cos(cranial_rad) * level + std::sin(cranial_rad) * superior;
-  Eigen::Matrix3d axes;  // rows: camera's x, y, z in the world
-  axes.row(2) = -toward_camera;
-  axes.row(0) = superior.cross(toward_camera).normalized();
-  axes.row(1) = axes.row(2).cross(axes.row(0));
-  RigidTransform T_camera_world = RigidTransform::Identity();
-  T_camera_world.linear() = axes;
-  T_camera_world.translation() = Eigen::Vector3d(0, 0, distance_mm) - axes * target_world_mm;
-  return T_camera_world;
 }
 
 }  // namespace tubed

@@ -12,6 +12,7 @@
 #include "drivers/simulation/aorta.hpp"
 #include "drivers/simulation/catheterisation.hpp"
 #include "drivers/simulation/em_errors.hpp"
+#include "drivers/simulation/fluoroscope/radiograph_scene.hpp"
 
 namespace tubed {
 
@@ -42,7 +43,9 @@ struct Scenario {
   /// The true registration is room.T_world_em * registration_error.
   RigidTransform registration_error = RigidTransform::Identity();
   std::vector<TimeSpan> fluoroscopy_off;
-  double contrast_to_noise = 2.7;  ///< of the catheter, a pixel
+  ClutterStates clutter;        ///< what else is in the pictures
+  double contrast_from_s = -1;  ///< when contrast agent is injected; negative: never
+  double detector_lag = 0;      ///< part of a picture that stays for the next
 
   [[nodiscard]] bool fluoroscopy_on(double t_s) const;
 };
@@ -67,12 +70,5 @@ Catheterisation run_scenario(const Scenario& scenario, const std::function<void(
 /// The same, computed once for all who hold it in this process. Waits for whoever is computing it.
 std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
                                                      const std::function<void(std::size_t)>& progress = {});
-
-/// The view of a C-arm turned to the left anterior oblique by `lao_rad` (negative: right) and cranially by
-/// `cranial_rad`, as it is displayed: seen from the side of the detector, the patient's head up, at
-/// `distance_mm` from `target_world_mm`, which is seen at the principal point. World frame as for
-/// make_aorta().
-RigidTransform c_arm_view(double lao_rad, double cranial_rad, double distance_mm,
-                          const Eigen::Vector3d& target_world_mm);
 
 }  // namespace tubed

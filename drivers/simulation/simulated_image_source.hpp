@@ -4,15 +4,15 @@
 
 #include "drivers/interface/image_source.hpp"
 #include "drivers/simulation/fault_socket.hpp"
-#include "drivers/simulation/fluoroscope_renderer.hpp"
 #include "drivers/simulation/sample_clock.hpp"
+#include "drivers/simulation/simulated_view.hpp"
 #include "drivers/simulation/simulated_world.hpp"
 
 namespace tubed {
 
 /// One view of a fluoroscope that looks at the simulated world. Called by that view's image grab thread. What
-/// exposure k shows is a pure function of the settings and k. A late reader gets the newest exposure due, the
-/// others are lost.
+/// exposure k shows is a pure function of the settings and k (but for the detector lag of "clinical"). A late
+/// reader gets the newest exposure due, the others are lost.
 class SimulatedImageSource final : public ImageSource {
  public:
   SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings, int camera_index);
@@ -29,7 +29,7 @@ class SimulatedImageSource final : public ImageSource {
   CameraCalibration camera_;
   SimulatedWorld world_;
   SampleClock clock_;
-  FluoroscopeRenderer renderer_;
+  SimulatedView view_;
   std::string control_folder_;
   FaultSocket control_;
   Faults faults_;
