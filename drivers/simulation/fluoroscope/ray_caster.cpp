@@ -30,13 +30,14 @@ RayCaster::Walk RayCaster::walk(const Eigen::Vector3d& source_room_mm,
   direction.cwiseAbs().maxCoeff(&walk.main_axis);
   const Eigen::Vector3d step = direction / std::abs(direction[walk.main_axis]);
 
-  // Where the ray is inside the grid, by slabs; a hair off its border so that every sample has neighbours.
-  constexpr double kHair = 1e-3;
+  // Where the ray is inside the grid, by slabs: from the first to the last plane across the main axis, a hair
+  // off the border along the others so that every sample has neighbours.
   double enter = 0;
   double leave = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
-    const double low = kHair - source[axis];
-    const double high = last_[axis] - kHair - source[axis];
+    const double hair = axis == walk.main_axis ? -1e-6 : 1e-3;
+    const double low = hair - source[axis];
+    const double high = last_[axis] - hair - source[axis];
     if (std::abs(step[axis]) < 1e-12) {
       if (low > 0 || high < 0) {
         return walk;
@@ -99,11 +100,15 @@ float RayCaster::line_integral(const Eigen::Vector3d& source_room_mm,
 }
 
 float RayCaster::sample(const Eigen::Vector3f& index) const {
-  if (!((index.array() >= 0).all() && (index.array() < last_.cast<float>().array()).all())) {
+  const Eigen::Array3f last = last_.cast<float>();
+  constexpr float kHair = 1e-3F;
+  if ((index.array() < -kHair).any() || (index.array() > last + kHair).any()) {
     return 0;
   }
-  const Eigen::Vector3i cell = index.cast<int>();
-  const Eigen::Vector3f part = index - cell.cast<float>();
+  // On the last plane the cell before it serves.
+  const Eigen::Vector3f place = index.array().max(0.0F).min(last * (1 - 1e-6F));
+  const Eigen::Vector3i cell = place.cast<int>();
+  const Eigen::Vector3f part = place - cell.cast<float>();
   const std::uint16_t* voxel = volume_.voxels() + volume_.index(cell.x(), cell.y(), cell.z());
   const auto along_x = [&](const std::uint16_t* at) {
     const auto left = static_cast<float>(at[0]);
