@@ -226,6 +226,8 @@ int simulate(const SimulateOptions& options) {
     return kExitOk;
   }
   start = Clock::now();
+  std::cerr << "casting the patient's X-rays"
+            << (scenario.clutter.heart_beat ? ", heart and lungs in all phases" : "") << '\n';
   SequenceSimulation simulation(options, scenario);
   const std::size_t pictures = simulation.write();
   std::printf("wrote %s: %zu pictures in %.1f s (%.0f a second)\n", options.out.c_str(), pictures,

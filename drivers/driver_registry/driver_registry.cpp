@@ -17,6 +17,12 @@ DriverSettings with_resolved_path(const SourceContext& context, const std::strin
   return context.settings.with(key, (context.configuration_folder / path).lexically_normal().string());
 }
 
+DriverSettings simulation_paths(const SourceContext& context) {
+  SourceContext resolved = context;
+  resolved.settings = with_resolved_path(context, "control_folder");
+  return with_resolved_path(resolved, "vessel");
+}
+
 DriverDescription replay() {
   return {"replay",
           "a sequence folder played back in real time",
@@ -37,11 +43,10 @@ DriverDescription simulation() {
           Origin::kSimulated,
           simulation_settings(),
           [](const SourceContext& context) {
-            return make_simulation_em_source(context.room, with_resolved_path(context, "control_folder"));
+            return make_simulation_em_source(context.room, simulation_paths(context));
           },
           [](const SourceContext& context, int camera_index) {
-            return make_simulation_image_source(context.room, with_resolved_path(context, "control_folder"),
-                                                camera_index);
+            return make_simulation_image_source(context.room, simulation_paths(context), camera_index);
           }};
 }
 

@@ -23,7 +23,8 @@ SimulatedImageSource::SimulatedImageSource(const RoomDescription& room, const Dr
     : camera_(room.cameras.at(static_cast<std::size_t>(camera_index))),
       world_(room, settings),
       clock_(image_clock(settings, world_, camera_index)),
-      view_(camera_, world_, settings.get<std::int64_t>("seed"), settings.get<double>("cnr")),
+      seed_(settings.get<std::int64_t>("seed")),
+      cnr_(settings.get<double>("cnr")),
       control_folder_(settings.get<std::string>("control_folder")) {}
 
 OpenResult SimulatedImageSource::open() {
@@ -32,6 +33,9 @@ OpenResult SimulatedImageSource::open() {
     if (!bound.ok) {
       return bound;
     }
+  }
+  if (view_ == nullptr) {
+    view_ = std::make_unique<SimulatedView>(camera_, world_, seed_, cnr_);
   }
   next_ = clock_.first_after(monotonic_now());
   is_open_ = true;
@@ -85,7 +89,7 @@ void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   if (faults_.black) {
     std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
   } else if (frame.fluoroscopy_on) {
-    view_.render(world_, world_.seconds(clock_.taken(shown_)), shown_, pixels);
+    view_->render(world_, world_.seconds(clock_.taken(shown_)), shown_, pixels);
   }
   frame.received = monotonic_now();
 }

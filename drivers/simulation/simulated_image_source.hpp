@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "drivers/interface/image_source.hpp"
@@ -29,7 +30,9 @@ class SimulatedImageSource final : public ImageSource {
   CameraCalibration camera_;
   SimulatedWorld world_;
   SampleClock clock_;
-  SimulatedView view_;
+  std::int64_t seed_;
+  double cnr_;
+  std::unique_ptr<SimulatedView> view_;  ///< made by the first open(): the rays of a chest take seconds
   std::string control_folder_;
   FaultSocket control_;
   Faults faults_;
