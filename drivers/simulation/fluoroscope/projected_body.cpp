@@ -9,18 +9,21 @@ namespace tubed {
 
 namespace {
 
-/// What tissue displaced to `posture` changes in each pixel.
-std::vector<float> change(const PixelRays& rays, const RayCaster& caster, const BodyMotion& motion,
-                          const Posture& posture, std::span<const float> rest) {
-  std::vector<float> difference(rays.size());
-  for (std::size_t pixel = 0; pixel < rays.size(); ++pixel) {
-    // A still posture through the same sampling, so that nothing but the movement is left.
-    difference[pixel] = rest[pixel] == 0 ? 0
-                                         : caster.line_integral(rays.source_room_mm(),
-                                                                rays.direction_room(pixel), motion, posture) -
-                                               rest[pixel];
+/// What moving to 1/n, 2/n, ... of the way to `far` changes in each pixel.
+std::vector<std::vector<float>> phases_to(const Posture& far, int count, const PixelRays& rays,
+                                          const RayCaster& caster, const BodyMotion& motion) {
+  std::vector<std::vector<float>> phases(static_cast<std::size_t>(count), std::vector<float>(rays.size()));
+  if (phases.empty()) {
+    return phases;
   }
-  return difference;
+  std::vector<float> changes(phases.size());
+  for (std::size_t pixel = 0; pixel < rays.size(); ++pixel) {
+    caster.changes(rays.source_room_mm(), rays.direction_room(pixel), motion, far, changes);
+    for (std::size_t phase = 0; phase < phases.size(); ++phase) {
+      phases[phase][pixel] = changes[phase];
+    }
+  }
+  return phases;
 }
 
 }  // namespace
@@ -33,15 +36,8 @@ ProjectedBody::ProjectedBody(const PixelRays& rays, const AttenuationVolume& vol
     rest_[pixel] = caster.line_integral(rays.source_room_mm(), rays.direction_room(pixel));
   }
   const BodyMotion body(motion);
-  const auto part = [](int phase, int count) {
-    return static_cast<float>(phase) / static_cast<float>(count);
-  };
-  for (int phase = 1; phase <= motion.heart_phases; ++phase) {
-    systole_.push_back(change(rays, caster, body, {part(phase, motion.heart_phases), 0}, rest_));
-  }
-  for (int phase = 1; phase <= motion.breathing_phases; ++phase) {
-    inspiration_.push_back(change(rays, caster, body, {0, part(phase, motion.breathing_phases)}, rest_));
-  }
+  systole_ = phases_to({1, 0}, motion.heart_phases, rays, caster, body);
+  inspiration_ = phases_to({0, 1}, motion.breathing_phases, rays, caster, body);
 }
 
 void ProjectedBody::add_phase(const std::vector<std::vector<float>>& phases, float amount,

@@ -19,6 +19,7 @@ RayCaster::RayCaster(const AttenuationVolume& volume)
     : volume_(volume),
       T_volume_room_(volume.T_room_volume().inverse()),
       last_((volume.size() - Eigen::Vector3i::Ones()).cast<double>()),
+      last_cell_(last_.cast<float>().array() * (1 - 1e-6F)),
       stride_(1, volume.size().x(), volume.size().x() * volume.size().y()) {}
 
 RayCaster::Walk RayCaster::walk(const Eigen::Vector3d& source_room_mm,
@@ -100,13 +101,7 @@ float RayCaster::line_integral(const Eigen::Vector3d& source_room_mm,
 }
 
 float RayCaster::sample(const Eigen::Vector3f& index) const {
-  const Eigen::Array3f last = last_.cast<float>();
-  constexpr float kHair = 1e-3F;
-  if ((index.array() < -kHair).any() || (index.array() > last + kHair).any()) {
-    return 0;
-  }
-  // On the last plane the cell before it serves.
-  const Eigen::Vector3f place = index.array().max(0.0F).min(last * (1 - 1e-6F));
+  const Eigen::Vector3f place = index.array().max(0.0F).min(last_cell_);
   const Eigen::Vector3i cell = place.cast<int>();
   const Eigen::Vector3f part = place - cell.cast<float>();
   const std::uint16_t* voxel = volume_.voxels() + volume_.index(cell.x(), cell.y(), cell.z());
@@ -122,20 +117,40 @@ float RayCaster::sample(const Eigen::Vector3f& index) const {
   return low + part.z() * (in_plane(voxel + stride_.z()) - low);
 }
 
-float RayCaster::line_integral(const Eigen::Vector3d& source_room_mm, const Eigen::Vector3d& direction_room,
-                               const BodyMotion& motion, const Posture& posture) const {
+void RayCaster::changes(const Eigen::Vector3d& source_room_mm, const Eigen::Vector3d& direction_room,
+                        const BodyMotion& motion, const Posture& far, std::span<float> changes) const {
+  // The displacement is smooth: it is worked out at every so many samples and interpolated. Where it vanishes
+  // nothing changes.
+  constexpr int kStride = 8;
   const Walk ray = walk(source_room_mm, direction_room);
   const Eigen::Vector3f spacing = volume_.spacing_mm().cast<float>();
   const Eigen::Isometry3f T_room_volume = volume_.T_room_volume().cast<float>();
   const Eigen::Matrix3f R_volume_room = T_volume_room_.linear().cast<float>();
-  float sum = 0;
-  for (int n = 0; n < ray.count; ++n) {
-    const Eigen::Vector3f index = ray.first + static_cast<float>(n) * ray.step;
-    const Eigen::Vector3f p_room = T_room_volume * index.cwiseProduct(spacing);
-    const Eigen::Vector3f moved = motion.displacement(p_room, posture);
-    sum += sample(index - (R_volume_room * moved).cwiseQuotient(spacing));
+  const auto place = [&](int n) -> Eigen::Vector3f { return ray.first + static_cast<float>(n) * ray.step; };
+  const auto moved = [&](int n) -> Eigen::Vector3f {
+    const Eigen::Vector3f p_room = T_room_volume * place(n).cwiseProduct(spacing);
+    return (R_volume_room * motion.displacement(p_room, far)).cwiseQuotient(spacing);
+  };
+  std::fill(changes.begin(), changes.end(), 0.0F);
+  Eigen::Vector3f next = moved(0);
+  for (int block = 0; block < ray.count; block += kStride) {
+    const Eigen::Vector3f here = next;
+    next = moved(block + kStride);
+    if (here.isZero(0) && next.isZero(0)) {
+      continue;
+    }
+    for (int n = block; n < std::min(block + kStride, ray.count); ++n) {
+      const Eigen::Vector3f shift = here + static_cast<float>(n - block) / kStride * (next - here);
+      const float still = sample(place(n));
+      for (std::size_t phase = 0; phase < changes.size(); ++phase) {
+        const float part = static_cast<float>(phase + 1) / static_cast<float>(changes.size());
+        changes[phase] += sample(place(n) - part * shift) - still;
+      }
+    }
   }
-  return sum * ray.step_mm * AttenuationVolume::kUnit_per_mm;
+  for (float& change : changes) {
+    change *= ray.step_mm * AttenuationVolume::kUnit_per_mm;
+  }
 }
 
 }  // namespace tubed

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 #include "drivers/simulation/fluoroscope/attenuation_volume.hpp"
 #include "drivers/simulation/fluoroscope/body_motion.hpp"
@@ -18,20 +19,21 @@ class RayCaster {
   /// Attenuation along the ray from `source_room_mm` in `direction_room` (any length) to infinity; no unit.
   [[nodiscard]] float line_integral(const Eigen::Vector3d& source_room_mm,
                                     const Eigen::Vector3d& direction_room) const;
-  /// The same with the tissue displaced as `motion` says at `posture`.
-  [[nodiscard]] float line_integral(const Eigen::Vector3d& source_room_mm,
-                                    const Eigen::Vector3d& direction_room, const BodyMotion& motion,
-                                    const Posture& posture) const;
+  /// What movement changes in the line integral: `changes`[k] for the posture (k + 1) / n of `far` of n.
+  void changes(const Eigen::Vector3d& source_room_mm, const Eigen::Vector3d& direction_room,
+               const BodyMotion& motion, const Posture& far, std::span<float> changes) const;
 
  private:
   struct Walk;
   [[nodiscard]] Walk walk(const Eigen::Vector3d& source_room_mm, const Eigen::Vector3d& direction_room) const;
+  /// Interpolated between eight voxels, in their units; beyond the border the last voxel goes on.
   [[nodiscard]] float sample(const Eigen::Vector3f& index) const;
 
   const AttenuationVolume& volume_;
   RigidTransform T_volume_room_;
-  Eigen::Vector3d last_;    ///< index of the last voxel, along each axis
-  Eigen::Vector3i stride_;  ///< of the voxels, along each axis
+  Eigen::Vector3d last_;      ///< index of the last voxel, along each axis
+  Eigen::Array3f last_cell_;  ///< the same, a hair less
+  Eigen::Vector3i stride_;    ///< of the voxels, along each axis
 };
 
 }  // namespace tubed

@@ -20,20 +20,14 @@ Eigen::Vector3d mitre_normal(const Eigen::Matrix3Xd& points, Eigen::Index at) {
   return normal.normalized();
 }
 
-double distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  const Eigen::Vector2d edge = b - a;
-  const double length_squared = edge.squaredNorm();
-  const double part = length_squared > 0 ? std::clamp((p - a).dot(edge) / length_squared, 0.0, 1.0) : 0.0;
-  return (p - a - part * edge).norm();
-}
-
 }  // namespace
 
 RodShadow::RodShadow(const PixelRays& rays)
     : rays_(rays),
       T_camera_room_(rays.camera().calibration().T_camera_world),
       attenuation_(rays.size()),
-      is_touched_(rays.size()) {
+      soft_(rays.size()),
+      touch_(rays.size(), Touch::kNone) {
   for (auto& pixel : attenuation_) {
     pixel.fill(0);
   }
@@ -59,12 +53,22 @@ bool RodShadow::footprint(const TubePiece& piece, double radius_mm, Footprint& a
   }
   const CameraCalibration& camera = rays_.camera().calibration();
   const double px_a_mm = std::max(camera.fx, camera.fy) / std::min(from->depth_mm, to->depth_mm);
+  const Eigen::Vector2d axis = to->p_image_px - from->p_image_px;
   area.from_px = from->p_image_px;
-  area.to_px = to->p_image_px;
-  // A pixel's corner, the cylinder's reach beyond its mitred ends, and some room for distortion.
-  area.margin_px = 1.1 * radius_mm * px_a_mm + 1.0;
-  const Eigen::Vector2d low = area.from_px.cwiseMin(area.to_px).array() - area.margin_px;
-  const Eigen::Vector2d high = area.from_px.cwiseMax(area.to_px).array() + area.margin_px;
+  area.length_px = axis.norm();
+  area.axis = area.length_px > 1e-6 ? Eigen::Vector2d(axis / area.length_px) : Eigen::Vector2d::UnitX();
+  // A pixel's corner and some room for distortion; along the axis the ends reach out as far as they are seen
+  // obliquely or mitred.
+  const double radius_px = 1.1 * radius_mm * px_a_mm;
+  const double mitre =
+      std::max((piece.begin_normal - piece.tangent).norm(), (piece.end_normal - piece.tangent).norm());
+  const double oblique = std::abs(piece.tangent.dot(piece.begin.normalized()));
+  area.across_px = radius_px + 1;
+  area.beyond_px =
+      area.length_px > 1e-6 ? radius_px * std::min(oblique + 1.2 * mitre, 1.0) + 1 : radius_px + 1;
+  const double margin_px = std::max(area.across_px, area.beyond_px);
+  const Eigen::Vector2d low = from->p_image_px.cwiseMin(to->p_image_px).array() - margin_px;
+  const Eigen::Vector2d high = from->p_image_px.cwiseMax(to->p_image_px).array() + margin_px;
   if (!low.allFinite() || !high.allFinite() || high.x() < 0 || high.y() < 0 || low.x() > rays_.width() - 1 ||
       low.y() > rays_.height() - 1) {
     return false;
@@ -89,23 +93,26 @@ void RodShadow::add_piece(const TubePiece& piece, const Shell& shell, bool fine)
   };
   for (int y = area.top; y <= area.bottom; ++y) {
     for (int x = area.left; x <= area.right; ++x) {
-      if (distance_to_segment({x, y}, area.from_px, area.to_px) > area.margin_px) {
+      const Eigen::Vector2d off = Eigen::Vector2d(x, y) - area.from_px;
+      const double along_px = off.dot(area.axis);
+      const double across_px = std::abs(off.x() * area.axis.y() - off.y() * area.axis.x());
+      if (across_px > area.across_px || along_px < -area.beyond_px ||
+          along_px > area.length_px + area.beyond_px) {
         continue;
       }
       const auto pixel =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(rays_.width()) + static_cast<std::size_t>(x);
-      if (is_touched_[pixel] == 0) {
-        is_touched_[pixel] = 1;
+      if (touch_[pixel] == Touch::kNone) {
         touched_.push_back(static_cast<std::uint32_t>(pixel));
       }
-      auto& attenuation = attenuation_[pixel];
       if (!fine) {
-        const double whole = shell.attenuation_per_mm * thickness(rays_.slope_camera(pixel, {0, 0}));
-        for (float& ray : attenuation) {
-          ray += static_cast<float>(whole);
-        }
+        touch_[pixel] = std::max(touch_[pixel], Touch::kSoft);
+        soft_[pixel] +=
+            static_cast<float>(shell.attenuation_per_mm * thickness(rays_.slope_camera(pixel, {0, 0})));
         continue;
       }
+      touch_[pixel] = Touch::kFine;
+      auto& attenuation = attenuation_[pixel];
       for (std::size_t ray = 0; ray < kRays; ++ray) {
         const auto row = static_cast<int>(ray) / kRaysASide;
         const auto column = static_cast<int>(ray) % kRaysASide;
@@ -163,13 +170,17 @@ void RodShadow::add_soft(const Eigen::Matrix3Xd& centreline_room_mm, const Eigen
 
 void RodShadow::apply(std::span<float> transmission) {
   for (const std::uint32_t pixel : touched_) {
-    float passed = 0;
-    for (float& ray : attenuation_[pixel]) {
-      passed += std::exp(-ray);
-      ray = 0;
+    if (touch_[pixel] == Touch::kFine) {
+      float passed = 0;
+      for (float& ray : attenuation_[pixel]) {
+        passed += std::exp(-ray);
+        ray = 0;
+      }
+      transmission[pixel] *= passed / static_cast<float>(kRays);
     }
-    transmission[pixel] *= passed / static_cast<float>(kRays);
-    is_touched_[pixel] = 0;
+    transmission[pixel] *= std::exp(-soft_[pixel]);
+    soft_[pixel] = 0;
+    touch_[pixel] = Touch::kNone;
   }
   touched_.clear();
 }

@@ -34,6 +34,8 @@ class RodShadow {
   static constexpr int kRaysASide = 3;
   static constexpr std::size_t kRays = kRaysASide * kRaysASide;
 
+  enum class Touch : std::uint8_t { kNone, kSoft, kFine };
+
   /// A tube or shell between two radii.
   struct Shell {
     double radius_mm = 0;
@@ -42,8 +44,10 @@ class RodShadow {
   };
   /// Which pixels a piece may touch.
   struct Footprint {
-    Eigen::Vector2d from_px, to_px;  ///< the projected axis
-    double margin_px = 0;
+    Eigen::Vector2d from_px, axis;  ///< the projected axis: where it begins, its direction
+    double length_px = 0;           ///< of the projected axis
+    double across_px = 0;           ///< to either side of it
+    double beyond_px = 0;           ///< before its begin and behind its end
     int left = 0, right = -1, top = 0, bottom = -1;
   };
 
@@ -56,7 +60,8 @@ class RodShadow {
   RigidTransform T_camera_room_;
   std::vector<std::array<float, kRays>> attenuation_;  ///< a pixel; all 0 between two apply()
   std::vector<std::uint32_t> touched_;
-  std::vector<std::uint8_t> is_touched_;
+  std::vector<float> soft_;  ///< of wide tubes, a pixel
+  std::vector<Touch> touch_;
 };
 
 }  // namespace tubed
