@@ -13,7 +13,7 @@ namespace {
 
 struct ConfigureArguments {
   std::string sequence;
-  std::string mode = "joint";
+  std::string mode = "filter";
   ReplayConfigurationSettings settings;
   bool loop = false;
   bool em_too = false;
@@ -38,7 +38,7 @@ CLI::App* add_configure(CLI::App& app, int& exit_code) {
   verb->add_option("--domain", arguments->settings.dds_domain, "DDS domain")
       ->check(CLI::Range(0, 230))
       ->capture_default_str();
-  verb->add_option("--mode", arguments->mode, "Estimator: em or joint")
+  verb->add_option("--mode", arguments->mode, "Estimator: em, joint or filter")
       ->check(CLI::IsMember({"em", "joint", "filter"}))
       ->capture_default_str();
   verb->add_flag("--em-too", arguments->em_too,

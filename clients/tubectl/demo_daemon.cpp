@@ -108,7 +108,7 @@ std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
   }
   for (const bool em_only : {false, true}) {
     text += std::string("[[instrument]]\nid = \"cath-1") + (em_only ? "-em" : "") + "\"\nmode = \"" +
-            (em_only ? "em" : "joint") + "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
+            (em_only ? "em" : "filter") + "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
     int sensor = 0;
     for (const char* offset : {"10.0", "90.0", "170.0", "270.0", "370.0"}) {
       text += "[[instrument.coil]]\nsensor = " + std::to_string(++sensor) +

@@ -18,7 +18,7 @@ namespace {
 
 struct ReconstructOptions {
   std::string sequence;
-  std::string mode = "joint";
+  std::string mode = "filter";
   std::string out = "est.csv";
   std::string json;
 };

@@ -36,14 +36,15 @@ void check_back_off(const CheckedTable& em, const PipelineSettings& settings, Pr
   }
 }
 
-EstimatorMode mode_of(const std::string& word) { return mode_named(word).value_or(EstimatorMode::kJoint); }
+EstimatorMode mode_of(const std::string& word) { return mode_named(word).value_or(EstimatorMode::kFilter); }
 
-// Images are half of the joint mode: without a camera it would be the em mode under another name.
+// Images are half of the joint mode: without a camera it would be the em mode under another name. The filter goes
+// on with coils alone.
 void check_mode(const CheckedTable& file, const CheckedTable& decides, EstimatorMode mode,
                 Problems& problems) {
-  if (mode != EstimatorMode::kEm && file.many("camera").empty() && decides.sound("mode")) {
+  if (mode == EstimatorMode::kJoint && file.many("camera").empty() && decides.sound("mode")) {
     problems.push_back({decides.at("mode").position, decides.path_of("mode"),
-                        "\"joint\" needs at least one [[camera]]; use \"em\" without"});
+                        "\"joint\" needs at least one [[camera]]; use \"em\" or \"filter\" without"});
   }
 }
 

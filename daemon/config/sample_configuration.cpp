@@ -25,7 +25,7 @@ const std::map<std::string, std::string>& examples() {
       {"camera.T_camera_world", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]"},
       {"camera.driver", "\"simulation\""},
       {"instrument.id", "\"cath-1\""},
-      {"instrument.mode", "\"joint\""},
+      {"instrument.mode", "\"filter\""},
       {"replay.folder", "\"/path/to/a/sequence\""}};
   return values;
 }

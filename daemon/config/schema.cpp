@@ -180,7 +180,7 @@ TableDescription camera_table(const std::vector<std::string>& driver_names) {
 
 KeyDescription mode_key() {
   KeyDescription mode =
-      word("mode", "joint", {"em", "joint", "filter"},
+      word("mode", "filter", {"em", "joint", "filter"},
            "em: coils only; joint: coils and images of one instant; filter: with what was known before");
   mode.reserved = {"paper"};
   return mode;

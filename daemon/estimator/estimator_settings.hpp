@@ -18,7 +18,7 @@ std::string_view name_of(EstimatorMode mode);
 std::optional<EstimatorMode> mode_named(std::string_view name);
 
 struct EstimatorSettings {
-  EstimatorMode mode = EstimatorMode::kJoint;
+  EstimatorMode mode = EstimatorMode::kFilter;
   int coefficient_count = 26;           ///< of the B-spline, 8 .. 48
   double sigma_position_mm = 2.31;      ///< of one coil, an axis: 4 mm amplitude / sqrt(3), Eq. (19)
   double sigma_tangent = 0.030;         ///< of one coil's unit tangent, an axis: 3 deg, Eq. (20)

@@ -44,6 +44,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       instrument_(instrument),
       T_world_em_(room.T_world_em),
       registered_(room.registered),
+      has_cameras_(!room.cameras.empty()),
       start_(settings, instrument.length_mm),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
       views_(settings, instrument, room),
@@ -95,7 +96,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {true, registered_, converged_, images_}, estimate);
+  judge(observation, coils, {has_cameras_, registered_, converged_, images_}, estimate);
 }
 
 // To the newest state that is not younger than `time`. Without one the present state has to do.

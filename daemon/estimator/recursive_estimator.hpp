@@ -77,6 +77,7 @@ class RecursiveEstimator final : public Estimator {
   InstrumentDescription instrument_;
   RigidTransform T_world_em_;
   bool registered_;
+  bool has_cameras_;
   SingleFrameSolver start_;
   TubeMap map_;
   TubeViews views_;

@@ -204,7 +204,7 @@ def longest_gap_ms(samples):
     return max(milliseconds(b - a) for a, b in zip(times, times[1:]))
 
 
-Instrument = collections.namedtuple("Instrument", "id first_sensor mode", defaults=("cath-1", 1, "joint"))
+Instrument = collections.namedtuple("Instrument", "id first_sensor mode", defaults=("cath-1", 1, "filter"))
 
 
 class Bed:

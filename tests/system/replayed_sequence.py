@@ -88,7 +88,7 @@ def a_replayed_sequence_gives_the_shapes_of_the_offline_reconstruction(bed):
     folder = bed.folder / "sequence"
     off_frames = range(60, 70)
     sequences.write_sequence(folder, seconds=4, off_frames=off_frames)
-    share, samples = compare(bed, folder, "joint")
+    share, samples = compare(bed, folder, "filter")
     check(share >= 0.9, f"only {100 * share:.0f} % of the frames were not skipped")
     fused = [sample for sample in samples.values() if sample["has_image"]]
     inliers = statistics.median(sample["image_inlier_ratio"] for sample in fused)
@@ -105,7 +105,7 @@ if __name__ == "__main__":
     parser.add_argument("programs")
     parser.add_argument("scenario", nargs="?")
     parser.add_argument("--sequence", type=pathlib.Path)
-    parser.add_argument("--mode", default="joint")
+    parser.add_argument("--mode", default="filter")
     arguments = parser.parse_args()
 
     def by_hand(bed):
