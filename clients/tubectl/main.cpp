@@ -22,9 +22,9 @@ const std::vector<Verb> kVerbs{
     {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
     {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
     {tubed::add_reconstruct, "Reconstruct and judge",
-     "tubectl reconstruct dev1_paper --mode joint --out joint.csv"},
+     "tubectl reconstruct dev1_paper --mode filter --out filter.csv"},
     {tubed::add_evaluate, "Reconstruct and judge",
-     "tubectl evaluate dev1_paper --em em.csv --fused joint.csv"},
+     "tubectl evaluate dev1_paper --em em.csv --fused filter.csv"},
     {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
 };
 

@@ -38,8 +38,8 @@ void check_back_off(const CheckedTable& em, const PipelineSettings& settings, Pr
 
 EstimatorMode mode_of(const std::string& word) { return mode_named(word).value_or(EstimatorMode::kFilter); }
 
-// Images are half of the joint mode: without a camera it would be the em mode under another name. The filter goes
-// on with coils alone.
+// Images are half of the joint mode: without a camera it would be the em mode under another name. The filter
+// goes on with coils alone.
 void check_mode(const CheckedTable& file, const CheckedTable& decides, EstimatorMode mode,
                 Problems& problems) {
   if (mode == EstimatorMode::kJoint && file.many("camera").empty() && decides.sound("mode")) {
