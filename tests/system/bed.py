@@ -24,6 +24,8 @@ IN_NAMESPACE = "TUBED_TEST_IN_NAMESPACE"
 
 # How much slower than a release build the programs are: sanitizers.
 TIME_FACTOR = float(os.environ.get("TUBED_TIME_FACTOR", "1"))
+# So that slower programs keep up, their images are smaller.
+IMAGE_SCALE = 1 if TIME_FACTOR == 1 else 0.25
 
 # Names of the reasons (TubeEstimate.reason_names) that every simulated or replayed sample carries.
 ORIGINS = {"DEMO_DATA", "REPLAY_DATA"}
@@ -245,7 +247,7 @@ class Bed:
         text = f'{head}\n[dds]\nnetwork_interface = "{interface}"\n\n'
         text += '[em]\ndriver = "simulation"\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n\n'
         # A sanitized Frangi filter takes longer than an image may be late: an image of a sixteenth of the pixels then.
-        size = 1 if TIME_FACTOR == 1 else 0.25
+        size = IMAGE_SCALE
         text += (f'[[camera]]\nname = "A"\nwidth = {400 * size:.0f}\nheight = {600 * size:.0f}\nfx = {2000.0 * size}\n'
                  f'fy = {2000.0 * size}\ncx = {200.0 * size}\ncy = {300.0 * size}\n'
                  'T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,1200],[0,0,0,1]]\ndriver = "simulation"\n\n')

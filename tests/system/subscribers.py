@@ -42,7 +42,8 @@ def a_late_subscriber_learns_what_is_tracked(bed):
     identity = bed.subscribe("--topic", "identity").wait_for(lambda _: True, "TubeIdentity", 5).json
     check(identity["instrument_id"] == "cath-1", f"instrument {identity['instrument_id']}")
     check(identity["coil_offsets_from_tip_mm"] == [10, 90, 170, 270, 370], f"offsets {identity}")
-    check(identity["cameras"][0]["focal_length_px"] == [2000, 2000], f"cameras {identity['cameras']}")
+    focal_length_px = 2000 * beds.IMAGE_SCALE
+    check(identity["cameras"][0]["focal_length_px"] == [focal_length_px] * 2, f"cameras {identity['cameras']}")
     status = bed.subscribe("--topic", "status").wait_for(lambda _: True, "TubeStatus", 5).json
     names = [stage["name"] for stage in status["stages"]]
     check(names == ["em", "grab-A", "frangi-A", "optimizer", "publisher"], f"stages {names}")
