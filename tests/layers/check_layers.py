@@ -21,6 +21,8 @@ ROWS = {
     "drivers/aurora": 1.5,
     # The fluoroscope is a room of its own in the simulation: rays, voxels and geometry, nothing of a device.
     "drivers/simulation/fluoroscope": 1.5,
+    # The emulated Aurora speaks the protocol from the other end; who starts it gives it its motion as a function.
+    "drivers/simulation/aurora_emulator": 2,
     "daemon/image": 2,
     "daemon/estimator": 3,
     "daemon/pipeline": 4, "daemon/publishing": 4,
@@ -61,6 +63,9 @@ INCLUDE_RULES = (
     ("fluoroscope-rooms", r"drivers/simulation/fluoroscope/", None,
      r"(?:idl|clients)/|daemon/(?!geometry/)|drivers/(?!simulation/fluoroscope/)",
      "the simulated fluoroscope sees daemon/geometry only"),
+    ("emulator-rooms", r"drivers/simulation/aurora_emulator/", None,
+     r"(?:daemon|idl|clients)/|drivers/(?!simulation/aurora_emulator/|aurora/|interface/)",
+     "the emulated Aurora sees drivers/aurora and drivers/interface only"),
     ("fluoroscope-headers", r"drivers/simulation/fluoroscope/", None, rf"{OPENCV}|(?:chrono|ctime|thread|mutex)$",
      "radiographs are cast without OpenCV, clock or thread"),
     ("logging", r"daemon/|drivers/|idl/", r"daemon/\w+\.\w+$|daemon/publishing/", LOGGING,
@@ -98,8 +103,9 @@ def without_comments(text):
 def folder_of(path):
     """daemon/model/x.hpp -> daemon/model; daemon/main.cpp -> daemon; idl/x/y.hpp -> idl."""
     parts = path.split("/")
-    if path.startswith("drivers/simulation/fluoroscope/"):
-        return "drivers/simulation/fluoroscope"
+    for room in ("drivers/simulation/fluoroscope", "drivers/simulation/aurora_emulator"):
+        if path.startswith(room + "/"):
+            return room
     if parts[0] == "idl" or len(parts) < 3:
         return parts[0]
     return "/".join(parts[:2])
@@ -213,6 +219,7 @@ VIOLATIONS = (
     ("fluoroscope-rooms", "drivers/simulation/fluoroscope/a.cpp", '#include "drivers/interface/image_source.hpp"'),
     ("fluoroscope-rooms", "drivers/simulation/fluoroscope/b.cpp", '#include "drivers/simulation/vessel.hpp"'),
     ("fluoroscope-headers", "drivers/simulation/fluoroscope/c.cpp", "#include <opencv2/core.hpp>"),
+    ("emulator-rooms", "drivers/simulation/aurora_emulator/a.cpp", '#include "drivers/simulation/vessel.hpp"'),
     ("clients", "clients/web/a.cpp", '#include "daemon/geometry/camera.hpp"'),
     ("threads", "drivers/replay/a.cpp", "std::jthread reader([] {});"),
     ("threads", "daemon/pipeline/f.cpp", "std::thread t(run);"),
@@ -234,6 +241,7 @@ ALLOWED = (
     ("drivers/simulation/fine.cpp", '#include "daemon/geometry/camera.hpp"\n#include "drivers/interface/room.hpp"\n'),
     ("drivers/simulation/sees_rays.cpp", '#include "drivers/simulation/fluoroscope/radiograph.hpp"'),
     ("drivers/simulation/fluoroscope/fine.cpp", '#include "daemon/geometry/camera.hpp"'),
+    ("drivers/simulation/aurora_emulator/fine.cpp", '#include "drivers/aurora/bx_reply.hpp"'),
     ("drivers/replay/fine.cpp", "auto t = std::chrono::steady_clock::now(); std::this_thread::yield();"),
     ("drivers/aurora/fine.cpp", '#include "drivers/interface/em_source.hpp"\n#include "drivers/aurora/bytes.hpp"\n'),
     ("drivers/aurora_serial/fine.cpp", '#include "drivers/aurora/bytes.hpp"\n#include <termios.h>\n'),
