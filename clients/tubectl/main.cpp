@@ -19,6 +19,8 @@ struct Verb {
 const std::vector<Verb> kVerbs{
     {tubed::add_demo, "See it work", "tubectl demo"},
     {tubed::add_simulate, "See it work", "tubectl simulate --preset field --seed 7 --out field7"},
+    {tubed::add_radiograph, "See it work",
+     "tubectl radiograph --lao 60 --clutter wire,leads --out lao60.png"},
     {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
     {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
     {tubed::add_reconstruct, "Reconstruct and judge",

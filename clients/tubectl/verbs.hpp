@@ -18,6 +18,7 @@ inline constexpr int kExitUnavailable =
 // kExitFailed.
 CLI::App* add_demo(CLI::App& app, int& exit_code);
 CLI::App* add_simulate(CLI::App& app, int& exit_code);
+CLI::App* add_radiograph(CLI::App& app, int& exit_code);
 CLI::App* add_echo(CLI::App& app, int& exit_code);
 CLI::App* add_stat(CLI::App& app, int& exit_code);
 CLI::App* add_reconstruct(CLI::App& app, int& exit_code);
