@@ -77,9 +77,9 @@ Exposure settled_exposure(std::span<const float> attenuation, int width, int hei
         static_cast<float>(display.range_compression) * (exposure.large_scale_log[i] - middle);
     logs[i] -= exposure.large_scale_log[i];
   }
-  const float low = quantile(logs, patient, 0.02);
+  const float low = quantile(logs, patient, 0.06);
   const float high = quantile(logs, patient, 0.985);
-  const float half = std::max(0.62F * (high - low), 0.05F) / static_cast<float>(display.contrast);
+  const float half = std::max(0.60F * (high - low), 0.05F) / static_cast<float>(display.contrast);
   exposure.dark = (low + high) / 2 + half;
   exposure.bright = (low + high) / 2 - half;
   return exposure;

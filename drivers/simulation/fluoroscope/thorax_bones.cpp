@@ -60,14 +60,14 @@ void paint_body(VolumePainter& painter, const Vertebra& body, const TissueTextur
     const auto cortex = static_cast<float>(std::clamp(1.0 + (beside + 1.0) / 1.2, 0.0, 1.0));
     const auto plate = static_cast<float>(std::clamp(1.0 + (ends + 1.0) / 1.2, 0.0, 1.0));
     const float marrow = (kMarrow) * (1 + 0.10F * texture.at(p, 2.5) + 0.05F * texture.at(p, 6));
-    const float shell = std::max(0.5F * cortex, 0.9F * plate);
+    const float shell = std::max(0.38F * cortex, 0.9F * plate);
     return std::pair(std::max(beside, ends), marrow + shell * (kCortical - marrow));
   });
 }
 
 /// Arch, joints and processes behind the body.
 void paint_arch(VolumePainter& painter, const Vertebra& body, bool thoracic) {
-  constexpr double kCortex = 1.5;
+  constexpr double kCortex = 1.1;
   const double wide = body.half_width;
   const double deep = body.half_depth;
   const double high = body.half_height;
@@ -214,7 +214,8 @@ void paint_sternum_and_girdle(VolumePainter& painter) {
   plate(-21, -112, 18);
   for (const double side : {-1.0, 1.0}) {
     painter.bone(behind_skin(side * 20, 30), behind_skin(side * 72, 44) + Vector3d(0, 2, 0), 5.5, 2);
-    painter.bone(behind_skin(side * 72, 44) + Vector3d(0, 2, 0), Vector3d(-12 + side * 134, 18, 84), 5.2, 2);
+    painter.bone(behind_skin(side * 72, 44) + Vector3d(0, 2, 0), Vector3d(-12 + side * 134, 18, 84), 4.8,
+                 1.1);
     // The arms are raised.
     const Vector3d head(-12 + side * 150, 26, 96);
     painter.bone(head, head + Vector3d(side * 3, 0, 4), 22, 1.2);
@@ -224,8 +225,8 @@ void paint_sternum_and_girdle(VolumePainter& painter) {
     const Vector3d inner_bottom(x + side * 92, 92, -76);
     const Vector3d outer(x + side * 142, 52, 62);
     paint_blade(painter, inner_top, inner_bottom, outer, 1.5);
-    painter.bone(inner_bottom, outer, 4, 1.6);
-    painter.bone(inner_top + Vector3d(side * 8, 6, -8), Vector3d(x + side * 146, 40, 88), 4, 1.4);
+    painter.bone(inner_bottom, outer, 3.2, 0.9);
+    painter.bone(inner_top + Vector3d(side * 8, 6, -8), Vector3d(x + side * 140, 46, 82), 3.2, 0.7);
   }
 }
 
