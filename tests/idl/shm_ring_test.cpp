@@ -1,0 +1,210 @@
+#include "idl/shm_ring.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+#include "tests/idl/shm_bed.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr std::size_t kWords = 32;
+using Words = std::array<std::uint64_t, kWords>;
+
+/// Writer and reader over the same memory of one process.
+class ShmRing : public ::testing::Test {
+ protected:
+  static constexpr ShmGeometry kGeometry{4, kWords * 8};
+
+  void publish(std::uint64_t number) {
+    Words words{};
+    fill_pattern(words, number);
+    writer_.publish(std::as_bytes(std::span(words)), 1000);
+  }
+
+  static bool is_whole_pattern(const ShmSample& sample) {
+    Words words{};
+    return sample.copy(0, std::as_writable_bytes(std::span(words))) && sample.whole() &&
+           is_pattern(words, sample.number());
+  }
+
+  struct alignas(64) Line {
+    std::byte bytes[64];
+  };
+  std::vector<Line> memory_ = std::vector<Line>(kGeometry.segment_bytes() / 64);
+  std::byte* bytes_ = memory_[0].bytes;
+  ShmRingWriter writer_{bytes_, kGeometry, {TUBED_SHM_IMAGES, 1, "lateral", 77}, 5};
+  ShmRingReader reader_{bytes_, kGeometry.segment_bytes()};
+};
+
+TEST_F(ShmRing, AReaderLearnsWhatTheWriterSaysOfItself) {
+  EXPECT_EQ(reader_.identity().content, static_cast<std::uint32_t>(TUBED_SHM_IMAGES));
+  EXPECT_EQ(reader_.identity().name, "lateral");
+  EXPECT_EQ(reader_.identity().writer_start, 77U);
+  EXPECT_EQ(reader_.geometry().slot_count, 4U);
+  EXPECT_EQ(reader_.heartbeat_ns(), 5);
+}
+
+TEST_F(ShmRing, BeforeTheFirstSampleThereIsNone) {
+  EXPECT_EQ(reader_.newest(), 0U);
+  EXPECT_FALSE(reader_.look(0).whole());
+  EXPECT_FALSE(reader_.look(1).whole());
+}
+
+TEST_F(ShmRing, EverySampleTheRingStillHoldsIsRead) {
+  for (std::uint64_t number = 1; number <= 6; ++number) {
+    publish(number);
+  }
+  EXPECT_EQ(reader_.newest(), 6U);
+  for (std::uint64_t number = 3; number <= 6; ++number) {
+    EXPECT_TRUE(is_whole_pattern(reader_.look(number))) << number;
+  }
+  EXPECT_FALSE(is_whole_pattern(reader_.look(2)));
+}
+
+TEST_F(ShmRing, ASampleOfAnyLengthComesAsItWasWritten) {
+  for (const std::size_t length : {0U, 1U, 7U, 8U, 9U, 63U, 255U, 256U}) {
+    std::vector<std::byte> sent(length, std::byte{0x5a});
+    writer_.publish(sent, 1);
+    const ShmSample sample = reader_.look(reader_.newest());
+    std::vector<std::byte> got(sample.bytes());
+    ASSERT_EQ(sample.bytes(), length);
+    EXPECT_TRUE(sample.copy(0, got));
+    EXPECT_TRUE(sample.whole());
+    EXPECT_EQ(got, sent);
+  }
+}
+
+TEST_F(ShmRing, ASampleUnderThePenIsNotWhole) {
+  publish(1);
+  const ShmSample first = reader_.look(1);
+  for (std::uint64_t number = 2; number <= 4; ++number) {
+    publish(number);
+  }
+  EXPECT_TRUE(first.whole());
+  writer_.begin();  // sample 5, in the slot of sample 1
+  EXPECT_FALSE(first.whole());
+  EXPECT_FALSE(reader_.look(5).whole());
+  EXPECT_EQ(reader_.newest(), 4U);
+}
+
+TEST_F(ShmRing, WhatIsFilledInPlaceIsPublishedByCommit) {
+  std::byte* payload = writer_.begin();
+  EXPECT_EQ(reinterpret_cast<std::uintptr_t>(payload) % 64, 0U);
+  Words words{};
+  fill_pattern(words, 1);
+  std::memcpy(payload, words.data(), sizeof(words));
+  EXPECT_EQ(reader_.newest(), 0U);
+  EXPECT_EQ(writer_.commit(sizeof(words), 9), 1U);
+  EXPECT_TRUE(is_whole_pattern(reader_.look(1)));
+  EXPECT_EQ(reader_.look(1).published_ns(), 9);
+}
+
+TEST_F(ShmRing, MoreThanASampleHasIsNotCopied) {
+  publish(1);
+  std::array<std::byte, 8> to{};
+  EXPECT_TRUE(reader_.look(1).copy(kWords * 8 - 8, to));
+  EXPECT_FALSE(reader_.look(1).copy(kWords * 8, to));
+  EXPECT_FALSE(reader_.look(1).copy(std::size_t{1} << 40U, to));
+}
+
+TEST_F(ShmRing, ALengthThatTheWriterInventsIsCutToTheSlot) {
+  publish(1);
+  const std::uint64_t invented = ~std::uint64_t{0};
+  std::memcpy(
+      bytes_ + TUBED_SHM_HEADER_BYTES + kGeometry.slot_bytes() + offsetof(tubed_shm_slot, payload_bytes),
+      &invented, sizeof(invented));
+  EXPECT_EQ(reader_.look(1).bytes(), kWords * 8);
+}
+
+TEST_F(ShmRing, AHeaderThatContradictsItsMemoryIsRefused) {
+  EXPECT_THROW(ShmRingReader(bytes_, TUBED_SHM_HEADER_BYTES - 1), ShmError);
+  EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes() - 1), ShmError);
+  auto& header = *reinterpret_cast<tubed_shm_header*>(bytes_);
+  const tubed_shm_header good = header;
+  for (const std::uint32_t count : {0U, 1U, 1025U, 5U}) {
+    header.slot_count = count;
+    EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError) << count;
+  }
+  header = good;
+  header.slot_bytes += 64;
+  EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError);
+  header = good;
+  header.payload_bytes = ~std::uint64_t{0} - 100;
+  EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError);
+  header = good;
+  header.layout_version = 2;
+  EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError);
+  header = good;
+  header.magic = 0;
+  EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError);
+}
+
+TEST_F(ShmRing, WaitingEndsAtTheDeadline) {
+  publish(1);
+  const std::int64_t before_ns = shm_test_now_ns();
+  reader_.wait(1, before_ns + 2'000'000);
+  EXPECT_GE(shm_test_now_ns(), before_ns + 2'000'000);
+}
+
+TEST_F(ShmRing, AGoodbyeEndsWaiting) {
+  writer_.end();
+  reader_.wait(0, shm_test_now_ns() + 60'000'000'000);
+  EXPECT_TRUE(reader_.has_ended());
+}
+
+TEST_F(ShmRing, ASleeperIsWokenBySamplesOfAnotherThread) {
+  constexpr std::uint64_t kSamples = 2000;
+  std::atomic<std::uint64_t> reached{0};
+  std::thread sleeper([&] {
+    std::uint64_t seen = 0;
+    while (seen < kSamples) {
+      reader_.wait(seen, shm_test_now_ns() + 60'000'000'000);
+      seen = reader_.newest();
+      reached.store(seen);
+    }
+  });
+  for (std::uint64_t number = 1; number <= kSamples; ++number) {
+    publish(number);
+    while (reached.load() < number) {
+      std::this_thread::yield();
+    }
+  }
+  sleeper.join();
+  EXPECT_EQ(reached.load(), kSamples);
+}
+
+TEST_F(ShmRing, NoReaderEverTakesATornSampleForAWholeOne) {
+  constexpr std::uint64_t kSamples = 100'000;
+  std::atomic<std::uint64_t> torn{0};
+  std::atomic<std::uint64_t> whole{0};
+  const auto read = [&] {
+    for (std::uint64_t newest = 0; newest < kSamples;) {
+      newest = reader_.newest();
+      // The oldest slot, where the writer is about to be: nearly every look meets it.
+      const ShmSample sample = reader_.look(newest > 3 ? newest - 3 : newest);
+      Words words{};
+      if (sample.copy(0, std::as_writable_bytes(std::span(words))) && sample.whole()) {
+        ++whole;
+        torn += is_pattern(words, sample.number()) ? 0 : 1;
+      }
+    }
+  };
+  std::thread one(read);
+  std::thread other(read);
+  for (std::uint64_t number = 1; number <= kSamples; ++number) {
+    publish(number);
+  }
+  one.join();
+  other.join();
+  EXPECT_GT(whole.load(), 0U);
+  EXPECT_EQ(torn.load(), 0U);
+}
+
+}  // namespace
+}  // namespace tubed
