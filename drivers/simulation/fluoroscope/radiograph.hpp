@@ -26,7 +26,7 @@ enum class RadiographOutcome {
 /// alone.
 class Radiograph {
  public:
-  /// Takes a quarter of a second for a still patient, some seconds with phases. `volume` is needed during
+  /// Takes half a second for a still patient, some seconds with phases. `volume` is needed during
   /// construction only. Throws std::invalid_argument that names the setting for one that cannot be, and for
   /// a camera without pixels.
   Radiograph(const CameraCalibration& camera, const AttenuationVolume& volume,
@@ -36,8 +36,7 @@ class Radiograph {
   Radiograph& operator=(Radiograph&&) noexcept;
 
   /// Draws one exposure into `pixels`, row by row, 8 bit in one byte, 16 bit in two in host order:
-  /// bytes_per_image() of them (anything else is a bug of the caller and aborts). Never allocates while the
-  /// clutter stays as it was in the previous call.
+  /// bytes_per_image() of them (anything else is a bug of the caller and aborts). Never allocates.
   RadiographOutcome render(const RadiographScene& scene, std::span<std::uint8_t> pixels);
 
   [[nodiscard]] std::size_t bytes_per_image() const;

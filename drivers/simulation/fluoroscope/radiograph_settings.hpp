@@ -32,7 +32,7 @@ struct DisplaySettings {
 /// How the patient moves when ClutterStates say so. Phases are cast once and interpolated.
 struct MotionSettings {
   int heart_phases = 0;      ///< cached for half a beat, 0: the heart cannot beat; 4 is enough
-  int breathing_phases = 0;  ///< cached for half a breath, 0: no breathing; 10 for the default amplitude
+  int breathing_phases = 0;  ///< cached for half a breath, 0: no breathing; 8 is enough
   double heart_period_s = 0.9;
   double breathing_period_s = 4.2;
   double heart_squeeze = 0.10;      ///< shortening of the heart's radii at the end of the systole, as a share
@@ -65,7 +65,7 @@ struct RadiographSettings {
   MotionSettings motion;
   LumenSettings lumen;
   CollimatorSettings collimator;
-  /// What ClutterStates::second_wire and ecg_leads show; default_clutter() of clutter.hpp fills them.
+  /// What ClutterStates::second_wire and ecg_leads show; add_default_clutter() of clutter.hpp fills them.
   std::vector<RadiographRod> second_wire;
   std::vector<RadiographRod> ecg_leads;
 };
