@@ -21,6 +21,8 @@ const std::vector<Verb> kVerbs{
     {tubed::add_simulate, "See it work", "tubectl simulate --preset field --seed 7 --out field7"},
     {tubed::add_radiograph, "See it work",
      "tubectl radiograph --lao 60 --clutter wire,leads --out lao60.png"},
+    {tubed::add_aurora_emulator, "See it work",
+     "tubectl aurora-emulator --play field7 --command 'fault crc 0.01'"},
     {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
     {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
     {tubed::add_reconstruct, "Reconstruct and judge",

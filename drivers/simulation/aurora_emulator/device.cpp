@@ -130,7 +130,7 @@ void Device::send(const Answer& answer, MonotonicTime now) {
     busy_until_ = wire_.send(std::move(piece.bytes), start + piece.pause);
     start = busy_until_;
   }
-  if (answer.has_tracking_data) {
+  if (answer.has_tracking_data && fault != Fault::kStale) {
     last_tracking_ = answer.reply;
   }
   if (answer.link) {
