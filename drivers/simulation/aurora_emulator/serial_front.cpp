@@ -58,7 +58,7 @@ std::string SerialFront::step() {
 
 void SerialFront::wait(MonotonicTime now) const {
   const bool in_use = terminal_ && terminal_->in_use();
-  MonotonicTime until = now + (in_use ? kLongestSleep : kGlance);
+  MonotonicTime until = now + (in_use && device_.connected(now) ? kLongestSleep : kGlance);
   if (const MonotonicTime event = device_.next_event(); event < until) {
     until = std::max(event, now + kPortion);
   }
