@@ -15,6 +15,8 @@ struct CoilPlacement {
   int sensor = 1;                 ///< counts from 1 in the tracker's measurement
   double offset_from_tip_mm = 0;  ///< s along the catheter
   bool flipped = false;           ///< mounted the other way round: its +z points away from the tip
+  int port = 0;                   ///< of the tracker, counts from 1; 0: not given
+  int channel = 0;                ///< of the port: two coils may share a plug
 };
 
 /// One tracked catheter.

@@ -1,0 +1,120 @@
+#include "drivers/aurora/exchange.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace tubed::aurora {
+
+namespace {
+
+/// A pause this long ends a damaged reply. USB adapters hold bytes back for up to 16 ms.
+constexpr std::chrono::milliseconds kQuietLine{20};
+constexpr int kBitsPerByte = 10;
+
+}  // namespace
+
+void Exchange::attach(ByteChannel& channel) noexcept {
+  channel_ = &channel;
+  reader_.clear();
+  pending_ = gone_ = false;
+}
+
+std::chrono::nanoseconds Exchange::byte_time() const noexcept {
+  return std::chrono::nanoseconds(1'000'000'000LL * kBitsPerByte / baud_);
+}
+
+bool Exchange::set_baud(int bits_per_second) noexcept {
+  trace_.baud_rate(now(), bits_per_second);
+  reader_.clear();
+  pending_ = false;
+  if (!channel_->set_baud(bits_per_second)) {
+    return false;
+  }
+  baud_ = bits_per_second;
+  return true;
+}
+
+bool Exchange::send_break() noexcept {
+  trace_.serial_break(now());
+  reader_.clear();
+  pending_ = false;
+  return channel_->send_break();
+}
+
+void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout,
+                    Patience patience) noexcept {
+  const MonotonicTime start = now();
+  trace_.sent(start, command.bytes());
+  gone_ = !channel_->write(command.bytes()) || gone_;
+  pending_ = true;
+  answer_begun_ = false;
+  patience_ = patience;
+  damaged_before_ = damaged();
+  asked_ = start + static_cast<std::int64_t>(command.bytes().size()) * byte_time();
+  deadline_ = asked_ + timeout;
+}
+
+Exchange::Event Exchange::listen(MonotonicTime until, Reply& reply) noexcept {
+  std::array<std::uint8_t, 2048> room;
+  while (!gone_) {
+    if (take_reply(reply)) {
+      return Event::kReply;
+    }
+    const MonotonicTime limit = pending_ ? std::min(until, give_up_at()) : until;
+    const ByteChannel::Arrival arrival = channel_->read(room, limit);
+    const MonotonicTime after = now();
+    gone_ = arrival.gone;
+    if (arrival.size > 0) {
+      take(Bytes(room).first(arrival.size), after);
+      if (take_reply(reply)) {
+        return Event::kReply;
+      }
+    }
+    if (pending_ && after >= give_up_at()) {
+      reader_.give_up_waiting();
+      if (take_reply(reply)) {
+        return Event::kReply;
+      }
+      pending_ = false;
+      return Event::kNoReply;
+    }
+    if (!gone_ && after >= until) {
+      return Event::kQuiet;
+    }
+  }
+  pending_ = false;
+  return Event::kGone;
+}
+
+bool Exchange::take_reply(Reply& reply) noexcept {
+  const std::optional<Reply> found = reader_.next();
+  if (!found) {
+    return false;
+  }
+  reply = *found;
+  answers_ = pending_;
+  pending_ = false;
+  return true;
+}
+
+void Exchange::take(Bytes bytes, MonotonicTime now) noexcept {
+  trace_.received(now, bytes);
+  last_byte_ = now;
+  if (!answer_begun_) {
+    answer_begun_ = true;
+    answered_ = std::max(asked_, now - static_cast<std::int64_t>(bytes.size()) * byte_time());
+  }
+  reader_.feed(bytes);
+}
+
+std::uint64_t Exchange::damaged() const noexcept {
+  const ReplyReader::Counts& counts = reader_.counts();
+  return counts.bad_text + counts.bad_headers + counts.bad_bodies + counts.overlong;
+}
+
+MonotonicTime Exchange::give_up_at() const noexcept {
+  const bool damaged_reply = patience_ == Patience::kWhileTalking && damaged() > damaged_before_;
+  return damaged_reply ? std::min(deadline_, last_byte_ + kQuietLine) : deadline_;
+}
+
+}  // namespace tubed::aurora

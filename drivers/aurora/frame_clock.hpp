@@ -1,0 +1,79 @@
+// When an Aurora measured, by the host's clock: learned from what each reply proves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/interface/timestamps.hpp"
+
+namespace tubed::aurora {
+
+/// Fits a line, instant of measurement n = a + b n, to bounds instead of to arrival times. A reply whose
+/// newest measurement is n proves two things, whatever delays host, adapter and line add: n was there when
+/// the reply began (a + b n <= answered), and n + 1 was not when the tracker had the question (a + b (n + 1)
+/// > asked). A late reply only makes its bound loose, never wrong; a reply that came just after or just
+/// before a new measurement makes it tight. Among all lines that keep every bound of the last 20 s the middle
+/// one is taken. Crystals drift by less than 1e-7 in that time, so that a straight line is enough.
+///
+/// One thread; no clock, no allocation.
+class FrameClock {
+ public:
+  /// Forgets everything: the tracker counts anew.
+  void reset() noexcept { *this = FrameClock(); }
+
+  /// A reply's newest measurement was `measurement` (counts up, see FrameCounter). The tracker had the
+  /// question not before `asked` and began the answer not after `answered`.
+  void observe(std::uint64_t measurement, MonotonicTime asked, MonotonicTime answered) noexcept;
+
+  /// When `measurement` became available. Only after observe().
+  [[nodiscard]] MonotonicTime available(std::uint64_t measurement) const noexcept;
+  /// Whether observe() was called.
+  [[nodiscard]] bool started() const noexcept { return count_ > 0; }
+  /// How far the first and the last possible instant of the newest measurement are apart.
+  [[nodiscard]] std::chrono::nanoseconds uncertainty() const noexcept;
+  /// Time between two measurements.
+  [[nodiscard]] double period_ns() const noexcept { return period_ns_; }
+  /// Times that the bounds contradicted each other: a reply was older than it seemed.
+  [[nodiscard]] std::uint64_t contradictions() const noexcept { return contradictions_; }
+
+ private:
+  /// One bound of the line; n and time count from a base that moves along.
+  struct Bound {
+    double n = 0;
+    double time_ns = 0;
+    bool known = false;
+  };
+  /// The tightest bounds of some measurements in a row.
+  struct Segment {
+    Bound earliest;  ///< the line is above
+    Bound latest;    ///< the line is below
+  };
+  struct Slopes {
+    double least;
+    double most;
+  };
+
+  static constexpr std::size_t kSegments = 48;
+  static constexpr int kLongestSegment = 16;  ///< measurements
+
+  void rebase(std::uint64_t measurement, MonotonicTime time) noexcept;
+  void tighten(Segment& segment, const Segment& by) const noexcept;
+  void open_segment() noexcept;
+  void merge_pairs() noexcept;
+  void solve() noexcept;
+  [[nodiscard]] Slopes possible_slopes() const noexcept;
+  void resolve_contradiction() noexcept;
+
+  std::array<Segment, kSegments> segments_{};  ///< oldest first
+  std::size_t count_ = 0;
+  int segment_length_ = 1;
+  int in_segment_ = 0;
+  std::uint64_t base_measurement_ = 0;
+  MonotonicTime base_time_{};
+  double period_ns_ = 25e6;  ///< 40 measurements a second until it is known better
+  double offset_ns_ = 0;     ///< a, from the base
+  double width_ns_ = 0;
+  std::uint64_t contradictions_ = 0;
+};
+
+}  // namespace tubed::aurora

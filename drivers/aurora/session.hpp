@@ -1,0 +1,123 @@
+// A conversation with an Aurora over a serial line, from an unknown state of both ends to measurements,
+// through everything that goes wrong, and back.
+#pragma once
+
+#include <span>
+
+#include "drivers/aurora/exchange.hpp"
+#include "drivers/aurora/link_search.hpp"
+#include "drivers/aurora/poller.hpp"
+#include "drivers/aurora/port_setup.hpp"
+
+namespace tubed::aurora {
+
+struct SessionSettings {
+  BaudRate baud = BaudRate::k115200;  ///< the rate to track at
+  PollerSettings poller;
+  std::size_t trace_capacity = std::size_t{512} << 10U;  ///< bytes of the wire trace
+};
+
+struct SessionCounts {
+  std::uint64_t links = 0;        ///< times that the tracker was found
+  std::uint64_t link_losses = 0;  ///< times that it fell silent while tracking
+  std::uint64_t resets = 0;       ///< times that it said RESET
+  std::uint64_t port_setups = 0;  ///< times that the ports were initialised
+  std::uint64_t tracking_starts = 0;
+};
+
+/// One thread. Works in slices: run() goes on for as long as it is given and keeps its place, whatever state
+/// the tracker is in, so that nothing here ever blocks. Never throws; allocates only when it is made.
+///
+///     find the rate -> INIT -> COMM -> ports -> TSTART -> BX, BX, BX ... -> TSTOP, COMM back
+class Session {
+ public:
+  enum class Event {
+    kQuiet,        ///< the deadline has come
+    kMeasurement,  ///< the frame was filled
+    kRefused,      ///< a reply that cannot be used
+    kProblem,      ///< see problem(); run() goes on
+    kGone          ///< the channel is gone: attach() another
+  };
+  enum class Phase { kSearch, kHalt, kInitialise, kIdentify, kSetRate, kPorts, kStart, kTrack };
+
+  /// `tools` (and their bytes) have to outlive the session.
+  Session(const SessionSettings& settings, const CoilMap& coils, std::span<const ToolDefinition> tools);
+
+  /// A new channel: everything begins anew. It has to outlive the session or the next attach().
+  void attach(ByteChannel& channel) noexcept;
+  /// Goes on until something happens or `deadline` has come.
+  Event run(MonotonicTime deadline, EmFrame& frame) noexcept;
+  /// Stops tracking and sets the line back to 9600 baud, so that the next client finds it there. Takes 1.5 s
+  /// at most; harmless when there is no channel.
+  void close() noexcept;
+
+  /// What is wrong and what to do, after kProblem.
+  [[nodiscard]] const Problem& problem() const noexcept { return problem_; }
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  /// "AURORA Rev 008", or empty when the tracker did not say.
+  [[nodiscard]] std::string_view firmware() const noexcept { return firmware_.text(); }
+  [[nodiscard]] const std::optional<ApiRevision>& api_revision() const noexcept { return api_revision_; }
+  /// Rate of the host's port, bits per second.
+  [[nodiscard]] int baud() const noexcept { return exchange_.baud(); }
+  /// What is plugged in, as of the last look.
+  [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return ports_.found(); }
+  [[nodiscard]] const CoilMap& coils() const noexcept { return coils_; }
+  [[nodiscard]] const SessionCounts& counts() const noexcept { return counts_; }
+  [[nodiscard]] const Poller& poller() const noexcept { return poller_; }
+  [[nodiscard]] const Exchange& exchange() const noexcept { return exchange_; }
+  [[nodiscard]] WireTrace& trace() noexcept { return exchange_.trace(); }
+
+ private:
+  Event track(MonotonicTime deadline, EmFrame& frame) noexcept;
+  void send_next() noexcept;
+  void send_search() noexcept;
+  void send(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
+  void take(const Reply* reply) noexcept;
+  void take_search(const Reply* reply) noexcept;
+  void take_halt(const Reply* reply) noexcept;
+  void take_initialise(const Reply* reply) noexcept;
+  void take_identify(const Reply* reply) noexcept;
+  void take_rate(const Reply* reply) noexcept;
+  void take_ports(const Reply* reply) noexcept;
+  void take_start(const Reply* reply) noexcept;
+  void ports_done() noexcept;
+  void start_tracking() noexcept;
+  void enter(Phase phase) noexcept;
+  void halt_then(Phase phase) noexcept;
+  void search_again() noexcept;
+  void was_reset() noexcept;
+  void complain(const Problem& problem) noexcept;
+  [[nodiscard]] BaudRate rate_to_ask_for() const noexcept;
+  bool retry() noexcept;
+  void initialised() noexcept;
+  void set_rate() noexcept;
+  void out_of_order(Phase phase) noexcept;
+  bool command_and_wait(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
+
+  SessionSettings settings_;
+  CoilMap coils_;
+  Exchange exchange_;
+  LinkSearch search_;
+  PortSetup ports_;
+  Poller poller_;
+  Phase phase_ = Phase::kSearch;
+  Phase after_halt_ = Phase::kInitialise;
+  int attempts_ = 0;
+  bool search_step_begun_ = false;
+  MonotonicTime search_step_ends_{};
+  MonotonicTime wait_until_{};       ///< nothing is sent before
+  bool verifying_rate_ = false;      ///< COMM was answered; nothing has been heard at the new rate
+  std::uint32_t refused_rates_ = 0;  ///< bits, by place in the list of rates
+  bool asking_version_ = false;
+  bool identified_ = false;
+  int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row
+  int idle_starts_ = 0;  ///< of tracking, without a measurement, in a row
+  std::optional<ApiRevision> api_revision_;
+  Words<48> firmware_;
+  Problem problem_;
+  Problem last_missing_;
+  bool problem_waits_ = false;
+  SessionCounts counts_;
+};
+
+}  // namespace tubed::aurora

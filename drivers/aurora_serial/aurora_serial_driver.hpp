@@ -1,0 +1,23 @@
+// The driver "aurora-serial": an NDI Aurora at a serial port.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/interface/driver_settings.hpp"
+#include "drivers/interface/em_source.hpp"
+#include "drivers/interface/room.hpp"
+
+namespace tubed {
+
+/// The keys of the table [aurora-serial].
+std::vector<SettingDescription> aurora_serial_settings();
+
+/// The tracker at the port `device`, whose coils are those of `room` by port and channel. Throws
+/// std::runtime_error when a tool definition file cannot be read.
+std::unique_ptr<EmSource> make_aurora_serial_em_source(const RoomDescription& room,
+                                                       const DriverSettings& settings,
+                                                       const std::string& device);
+
+}  // namespace tubed

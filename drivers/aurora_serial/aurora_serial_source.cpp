@@ -1,0 +1,163 @@
+#include "drivers/aurora_serial/aurora_serial_source.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "drivers/interface/monotonic_clock.hpp"
+
+namespace tubed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kBetweenTries{100};
+constexpr seconds kBetweenLooks{1};
+constexpr int kPorts = 16;
+constexpr std::size_t kLargestTool = 4096;
+
+std::chrono::nanoseconds from_ms(double ms) {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
+}
+
+aurora::SessionSettings session_settings(const DriverSettings& settings) {
+  aurora::SessionSettings session;
+  session.baud = aurora::baud_rate(std::stoi(settings.get<std::string>("baud"))).value();
+  session.poller.reply_margin = from_ms(settings.get<double>("reply_margin_ms"));
+  session.poller.latency = from_ms(settings.get<double>("latency_ms"));
+  session.trace_capacity = static_cast<std::size_t>(settings.get<std::int64_t>("trace_kb")) << 10U;
+  return session;
+}
+
+std::vector<std::uint8_t> read_tool(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<std::uint8_t> bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!stream.is_open() || bytes.empty() || bytes.size() > kLargestTool) {
+    throw std::runtime_error("tool definition file " + file.string() +
+                             " cannot be read or is no file of 1 to " + std::to_string(kLargestTool) +
+                             " bytes; see aurora-serial.tool_folder");
+  }
+  return bytes;
+}
+
+}  // namespace
+
+AuroraSerialSource::AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings,
+                                       const std::string& device)
+    : port_(device),
+      traces_(settings.get<std::string>("trace_folder"), "aurora-serial"),
+      about_("aurora-serial, " + device + ", tubed " TUBED_VERSION) {
+  const std::filesystem::path folder = settings.get<std::string>("tool_folder");
+  tool_bytes_.reserve(kPorts);
+  for (int port = 1; port <= kPorts && !folder.empty(); ++port) {
+    const auto file = folder / ("port-" + std::to_string(port) + ".rom");
+    if (std::filesystem::exists(file)) {
+      tool_bytes_.push_back(read_tool(file));
+      tools_.push_back({port, tool_bytes_.back()});
+    }
+  }
+  session_ = std::make_unique<aurora::Session>(session_settings(settings), aurora::CoilMap(room), tools_);
+}
+
+OpenResult AuroraSerialSource::open() {
+  if (problem_.empty() && !port_.is_open()) {
+    next_try_ = {};
+    open_port(monotonic_now());
+  }
+  if (!problem_.empty()) {
+    OpenResult result{false, std::string(problem_.text())};
+    told_ = problem_;
+    problem_.clear();
+    keep_ = true;
+    return result;
+  }
+  keep_ = false;
+  return {true, {}};
+}
+
+// A port that is not there for the same reason as before is no news.
+bool AuroraSerialSource::open_port(MonotonicTime now) noexcept {
+  if (now < next_try_) {
+    return false;
+  }
+  next_try_ = now + kBetweenTries;
+  const int error = port_.open();
+  if (error == 0) {
+    session_->attach(port_);
+    return true;
+  }
+  aurora::Problem problem(port_.path());
+  problem << " " << describe_open_error(error);
+  if (!(problem == told_)) {
+    problem_ = problem;
+  }
+  return false;
+}
+
+ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
+  answer_request(monotonic_now());
+  while (!port_.is_open()) {
+    if (open_port(monotonic_now())) {
+      break;
+    }
+    if (!problem_.empty()) {
+      keep_ = true;
+      return ReadOutcome::kLost;
+    }
+    if (!sleep_until(next_try_, deadline)) {
+      return ReadOutcome::kTimeout;
+    }
+  }
+  switch (session_->run(deadline, frame)) {
+    case aurora::Session::Event::kMeasurement:
+      told_.clear();
+      return ReadOutcome::kFrame;
+    case aurora::Session::Event::kQuiet:
+      return ReadOutcome::kTimeout;
+    case aurora::Session::Event::kRefused:
+      return ReadOutcome::kRefused;
+    case aurora::Session::Event::kProblem:
+      return tell(session_->problem());
+    case aurora::Session::Event::kGone:
+      break;
+  }
+  port_.close();
+  return tell(aurora::Problem(port_.path()) << " has gone: its cable was pulled or its driver has failed");
+}
+
+ReadOutcome AuroraSerialSource::tell(const aurora::Problem& problem) noexcept {
+  traces_.write(session_->exchange().trace(), about_);
+  if (problem == told_) {
+    return ReadOutcome::kTimeout;
+  }
+  problem_ = problem;
+  keep_ = true;
+  return ReadOutcome::kLost;
+}
+
+void AuroraSerialSource::close() noexcept {
+  if (!keep_) {
+    shut_down();
+  }
+}
+
+void AuroraSerialSource::shut_down() noexcept {
+  if (port_.is_open()) {
+    session_->close();
+    port_.close();
+  }
+}
+
+void AuroraSerialSource::answer_request(MonotonicTime now) noexcept {
+  if (now < next_look_) {
+    return;
+  }
+  next_look_ = now + kBetweenLooks;
+  if (traces_.asked_for()) {
+    traces_.write_on_request(session_->exchange().trace(), about_);
+  }
+}
+
+}  // namespace tubed

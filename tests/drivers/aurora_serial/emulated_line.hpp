@@ -1,0 +1,103 @@
+// The emulated Aurora as a ByteChannel in virtual time: a session is run for hours in seconds.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "drivers/aurora/byte_channel.hpp"
+#include "drivers/simulation/aurora_emulator/device.hpp"
+
+namespace tubed::aurora {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+inline constexpr MonotonicTime kPowerOn = from_ns(1'000'000'000'000);
+
+/// Five coils that go round on circles of 10 mm, each at its own place. Sensor i at time t.
+inline CoilSample circling_coil(int sensor, MonotonicTime time) {
+  const double angle = 2 * seconds_between(kPowerOn, time) + sensor;
+  CoilSample coil;
+  coil.status = CoilStatus::kOk;
+  coil.p_em_mm = {40.0 * sensor + 10 * std::cos(angle), 10 * std::sin(angle), -200 - 3.0 * sensor};
+  coil.tangent_em = Eigen::Vector3d(std::cos(angle), std::sin(angle), 1).normalized();
+  coil.indicator = 0.1;
+  return coil;
+}
+
+inline emulator::Motion circling(int sensors) {
+  return [sensors](std::uint64_t /*measurement*/, MonotonicTime time) {
+    emulator::MeasuredCoils coils;
+    for (int sensor = 1; sensor <= sensors; ++sensor) {
+      coils[static_cast<std::size_t>(sensor - 1)] = circling_coil(sensor, time);
+    }
+    return coils;
+  };
+}
+
+/// One thread. Bytes come in portions of a millisecond, as from an adapter set to low latency.
+class EmulatedLine final : public ByteChannel {
+ public:
+  explicit EmulatedLine(emulator::Device& device) : device_(device) {}
+
+  MonotonicTime time = kPowerOn;
+  int rate = 9600;
+  bool carries_breaks = true;  ///< a pseudo-terminal does not
+  int fastest = 921600;        ///< of the host's port
+  milliseconds portion{1};
+  int breaks = 0;
+  std::function<void()> on_read;  ///< happens as time goes on: pulls plugs, switches off
+
+  MonotonicTime now() noexcept override { return time; }
+  bool write(Bytes bytes) noexcept override {
+    device_.receive(bytes, rate, time);
+    return device_.connected(time);
+  }
+  Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
+    for (;;) {
+      if (on_read) {
+        on_read();
+      }
+      device_.transmit(time, rate, waiting_);
+      if (!device_.connected(time)) {
+        return {0, true};
+      }
+      if (!waiting_.empty()) {
+        const std::size_t size = std::min(room.size(), waiting_.size());
+        std::copy_n(waiting_.begin(), size, room.begin());
+        waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
+        return {size, false};
+      }
+      if (time >= deadline) {
+        return {};
+      }
+      const MonotonicTime next = std::max(device_.next_event(), time + portion);
+      time = std::max(time + microseconds(1), std::min({next, deadline, time + milliseconds(50)}));
+    }
+  }
+  bool knows_baud(int bits_per_second) noexcept override { return bits_per_second <= fastest; }
+  bool set_baud(int bits_per_second) noexcept override {
+    std::vector<std::uint8_t> old;
+    device_.transmit(time, rate, old);
+    waiting_.clear();
+    rate = bits_per_second;
+    return knows_baud(bits_per_second);
+  }
+  bool send_break() noexcept override {
+    ++breaks;
+    if (carries_breaks) {
+      device_.receive_break(time);
+    }
+    time += milliseconds(250);
+    return true;
+  }
+
+ private:
+  emulator::Device& device_;
+  std::vector<std::uint8_t> waiting_;
+};
+
+}  // namespace tubed::aurora
