@@ -47,7 +47,7 @@ Quaternion shortest_rotation(const Eigen::Vector3d& axis) noexcept {
   if (q0 < kHalfTurn) {
     return {0, 1, 0, 0};
   }
-  return {q0, -axis.y() / (2 * q0), axis.x() / (2 * q0), 0};
+  return {q0, 0.0 - axis.y() / (2 * q0), axis.x() / (2 * q0), 0};  // never -0
 }
 
 }  // namespace tubed::aurora::emulator
