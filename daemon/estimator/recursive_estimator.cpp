@@ -14,6 +14,13 @@ constexpr double kNoStrain = 1e3;           // sigma factor that switches it off
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
 // A coil's lasting error changes as the coil moves through the field.
 constexpr double kErrorLength_mm = 1000;
+constexpr double kErrorMemory_s = 10;  // so that a drift does not stay for ever
+// The instant alone knows better: coils that are further off than their whole error allows (chi^2 a coil, 3
+// dof), and half as far off a shape of this instant that the image shows as well, twice in a row.
+constexpr double kDoubtedFrom = 7;
+constexpr double kBetterAlone = 0.5;
+constexpr double kSeenAsWell = 0.9;
+constexpr int kDoubtedTimes = 2;
 // Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 1;
@@ -48,6 +55,8 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       start_(settings, instrument.length_mm),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
       views_(settings, instrument, room),
+      second_look_(settings, instrument, room),
+      second_opinion_(std::make_unique<TubeEstimate>()),
       motion_(map_.spline(), map_.column_count()),
       coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
       state_(map_.column_count(), settings),
@@ -87,6 +96,12 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
       go_back(observation.instant);
     }
     advance(observation, *frame, coils, estimate);
+    // The shape between images is as doubtful as the image left it.
+    if (observation.is_image_instant) {
+      state_.contradicted = images_ == ImageVerdict::kContradicts;
+    } else if (state_.contradicted && images_ == ImageVerdict::kNone) {
+      images_ = ImageVerdict::kContradicts;
+    }
     if (state_.begun) {
       shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
     }
@@ -126,6 +141,8 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
                                     const EmFrame& frame, TubeEstimate& estimate) {
   state_.gated = {};
   state_.images_without_tube = 0;
+  state_.doubted_times = 0;
+  state_.contradicted = false;
   state_.freedom = 1;
   state_.begun = false;
   if (!start_.solve_em(coils, estimate)) {
@@ -203,6 +220,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
       predict(observation.instant);
       update_image(observation, estimate);
       shape_ = state_.C;
+      judge_shape(observation, coils, estimate);
     } else {
       // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
       shape_ = state_.C;
@@ -234,7 +252,7 @@ void RecursiveEstimator::predict(MonotonicTime time) {
   }
   state_.time = time;
   motion_.predict(dt_s, state_.freedom, state_.C, state_.m, state_.P);
-  age_coil_errors();
+  age_coil_errors(dt_s);
 }
 
 void RecursiveEstimator::place_coils() {
@@ -246,7 +264,7 @@ void RecursiveEstimator::place_coils() {
 
 // A Gauss-Markov process over the way each coil has gone. If more of the error turns out to stay than was
 // thought, that much is added.
-void RecursiveEstimator::age_coil_errors() {
+void RecursiveEstimator::age_coil_errors(double dt_s) {
   const double was_position_mm = state_.lasting_position_mm;
   const double was_tangent = state_.lasting_tangent;
   state_.lasting_position_mm = state_.noise.lasting_position_mm();
@@ -254,7 +272,8 @@ void RecursiveEstimator::age_coil_errors() {
   const std::array<Eigen::Vector3d, kMaxCoils> before_mm = state_.coil_places_mm;
   place_coils();
   for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
-    const double kept = std::exp(-(state_.coil_places_mm[i] - before_mm[i]).norm() / kErrorLength_mm);
+    const double kept =
+        std::exp(-(state_.coil_places_mm[i] - before_mm[i]).norm() / kErrorLength_mm - dt_s / kErrorMemory_s);
     const auto age = [&](int column, double sigma, double was) {
       state_.C.col(column) *= kept;
       state_.m.col(column) *= kept;
@@ -276,6 +295,44 @@ bool RecursiveEstimator::refresh_information() {
     return false;
   }
   return true;
+}
+
+double RecursiveEstimator::distance_from_coils(const CoilObservations& coils,
+                                               const Eigen::Matrix3Xd& C) const {
+  double chi_squared = 0;
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (coil.used()) {
+      const CubicBasis basis = map_.spline().basis(coil.s_mm);
+      chi_squared += (combine(C, basis.first, basis.value) - coil.p_world_mm).squaredNorm();
+    }
+  }
+  return chi_squared / (settings_.sigma_position_mm * settings_.sigma_position_mm);
+}
+
+// Images may lead the shape along something else, a little each time, and the errors of the coils grow with
+// it. A shape of this instant alone, which begins at the coils, is not led.
+void RecursiveEstimator::judge_shape(const Observation& observation, const CoilObservations& coils,
+                                     const TubeEstimate& estimate) {
+  const double distance = distance_from_coils(coils, state_.C);
+  if (images_ != ImageVerdict::kShowsTube || distance < kDoubtedFrom * coils.used_count()) {
+    state_.doubted_times = 0;
+    return;
+  }
+  images_ = ImageVerdict::kContradicts;
+  if (distance > kGate * coils.used_count()) {
+    images_ = ImageVerdict::kLost;
+    state_.doubted_times = kDoubtedTimes;  // no need to ask further
+    return;
+  }
+  CoilObservations alone = coils;
+  TubeEstimate& second = *second_opinion_;
+  const bool seen =
+      start_.solve_em(alone, second) &&
+      start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
+      second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio;
+  const bool better = seen && distance_from_coils(coils, start_.C()) < kBetterAlone * distance;
+  state_.doubted_times = better ? state_.doubted_times + 1 : 0;
 }
 
 // The shape is what the measurements and the tube's stiffness make together.
@@ -416,7 +473,7 @@ bool RecursiveEstimator::is_lost(MonotonicTime now) const {
       to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, now) < kConfirmedFor_s;
   return 2 * gated_now > static_cast<int>(instrument_.coils.size()) ||
          (gated_now > 0 && longest_s >= (confirmed ? kLostThoughConfirmed_s : kLostAfter_s)) ||
-         state_.images_without_tube >= kLostImages;
+         state_.images_without_tube >= kLostImages || state_.doubted_times >= kDoubtedTimes;
 }
 
 }  // namespace tubed

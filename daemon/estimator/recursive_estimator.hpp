@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
 #include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/coil_update.hpp"
@@ -48,6 +49,8 @@ class RecursiveEstimator final : public Estimator {
     std::array<GatedCoil, kMaxCoils> gated{};
     double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
     int images_without_tube = 0;
+    int doubted_times = 0;      ///< images in a row at which a shape of the instant alone knew better
+    bool contradicted = false;  ///< the newest image pulled the shape further off the coils than they err
     MonotonicTime confirmed{};  ///< newest image that showed the tube where it was expected
   };
 
@@ -61,10 +64,13 @@ class RecursiveEstimator final : public Estimator {
   void update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
                     double interval_s);
   void update_image(const Observation& observation, TubeEstimate& estimate);
+  [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
+  void judge_shape(const Observation& observation, const CoilObservations& coils,
+                   const TubeEstimate& estimate);
   bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);
   void predict(MonotonicTime time);
   void place_coils();
-  void age_coil_errors();
+  void age_coil_errors(double dt_s);
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
   void adapt_freedom(double pulled, double expected, double interval_s);
@@ -81,6 +87,8 @@ class RecursiveEstimator final : public Estimator {
   SingleFrameSolver start_;
   TubeMap map_;
   TubeViews views_;
+  TubeViews second_look_;  ///< of a shape of the instant alone
+  std::unique_ptr<TubeEstimate> second_opinion_;
   TubeMotion motion_;
   CoilUpdate coil_update_;
   State state_;

@@ -84,8 +84,9 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
       estimate.iterations += static_cast<std::uint32_t>(
           map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
     }
-    if (!looked) {
-      return ImageVerdict::kNone;  // only lines of an earlier image: one round is all they can give
+    if (!looked) {  // only lines of an earlier image: one round is all they can give
+      return pull_on(coils, coil_cost_before) > kGreatestPull ? ImageVerdict::kContradicts
+                                                              : ImageVerdict::kNone;
     }
   }
   const ImageVerdict verdict = judge_images(coils, coil_cost_before, estimate);
@@ -97,6 +98,11 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
   return verdict;
 }
 
+// chi^2 a coil that the lines cost.
+double SingleFrameSolver::pull_on(const CoilObservations& coils, double coil_cost_before) {
+  return (map_.contradiction(coils, C_) - coil_cost_before) / std::max(coils.used_count(), 1);
+}
+
 // Two witnesses against an image: its own lines, and the coils, which the true tube's image pulls by their
 // noise only.
 ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, double coil_cost_before,
@@ -105,7 +111,7 @@ ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, doub
     return ImageVerdict::kNone;
   }
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  const double pull = (map_.contradiction(coils, C_) - coil_cost_before) / std::max(coils.used_count(), 1);
+  const double pull = pull_on(coils, coil_cost_before);
   if (agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
     return ImageVerdict::kLost;
   }

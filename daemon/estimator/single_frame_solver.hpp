@@ -39,6 +39,7 @@ class SingleFrameSolver {
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:
+  double pull_on(const CoilObservations& coils, double coil_cost_before);
   ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before,
                             const TubeEstimate& estimate);
   void reject_outlier(CoilObservations& coils);
