@@ -1,0 +1,123 @@
+// What the recursive estimator does not believe: a coil, an image, itself.
+#include <algorithm>
+
+#include "daemon/estimator/recursive_estimator.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kGate = 25;          // chi^2 of a coil's position, 3 dof: 1.5e-5
+constexpr double kLostAfter_s = 0.5;  // when a few coils contradict and no image says who is right
+constexpr double kLostThoughConfirmed_s = 5;
+constexpr double kConfirmedFor_s = 0.5;
+constexpr int kLostImages = 3;
+// The instant alone knows better: coils that are further off than their whole error allows (chi^2 a coil, 3
+// dof), and half as far off a shape of this instant that the image shows as well, twice in a row.
+constexpr double kDoubtedFrom = 7;
+constexpr double kBetterAlone = 0.5;
+constexpr double kSeenAsWell = 0.9;
+constexpr int kDoubtedTimes = 2;
+
+}  // namespace
+
+double RecursiveEstimator::distance_from_coils(const CoilObservations& coils,
+                                               const Eigen::Matrix3Xd& C) const {
+  double chi_squared = 0;
+  for (int i = 0; i < coils.count; ++i) {
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (coil.used()) {
+      const CubicBasis basis = map_.spline().basis(coil.s_mm);
+      chi_squared += (combine(C, basis.first, basis.value) - coil.p_world_mm).squaredNorm();
+    }
+  }
+  return chi_squared / (settings_.sigma_position_mm * settings_.sigma_position_mm);
+}
+
+// Images may lead the shape along something else, a little each time, and the errors of the coils grow with
+// it. A shape of this instant alone, which begins at the coils, is not led.
+void RecursiveEstimator::judge_shape(const Observation& observation, const CoilObservations& coils,
+                                     const TubeEstimate& estimate) {
+  const double distance = distance_from_coils(coils, state_.C);
+  if (images_ != ImageVerdict::kShowsTube || distance < kDoubtedFrom * coils.used_count()) {
+    state_.doubted_times = 0;
+    return;
+  }
+  images_ = ImageVerdict::kContradicts;
+  if (distance > kGate * coils.used_count()) {
+    images_ = ImageVerdict::kLost;
+    state_.doubted_times = kDoubtedTimes;  // no need to ask further
+    return;
+  }
+  CoilObservations alone = coils;
+  TubeEstimate& second = *second_opinion_;
+  const bool seen =
+      start_.solve_em(alone, second) &&
+      start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
+      second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio;
+  const bool better = seen && distance_from_coils(coils, start_.C()) < kBetterAlone * distance;
+  state_.doubted_times = better ? state_.doubted_times + 1 : 0;
+}
+
+Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {
+  const CubicBasis basis = map_.spline().basis(coil.s_mm);
+  std::array<Eigen::Index, 5> columns{};
+  std::array<double, 5> weights{};
+  for (std::size_t a = 0; a < 4; ++a) {
+    columns[a] = basis.first + static_cast<Eigen::Index>(a);
+    weights[a] = basis.value[a];
+  }
+  columns[4] = map_.position_error_column(index);
+  weights[4] = 1;
+  const double noise_mm = state_.noise.noise_position_mm();
+  Eigen::Matrix3d sum = noise_mm * noise_mm * Eigen::Matrix3d::Identity();
+  for (std::size_t a = 0; a < 5; ++a) {
+    for (std::size_t b = 0; b < 5; ++b) {
+      sum += weights[a] * weights[b] * state_.P.block<3, 3>(3 * columns[a], 3 * columns[b]);
+    }
+  }
+  return sum;
+}
+
+// A coil whose position the prediction cannot explain takes no part, for a while.
+void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
+  for (int i = 0; i < coils.count; ++i) {
+    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    if (!coil.used()) {
+      gated = GatedCoil{};
+      continue;
+    }
+    const CubicBasis basis = map_.spline().basis(coil.s_mm);
+    const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
+                                       state_.C.col(map_.position_error_column(i));
+    const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
+    if (chi_squared <= kGate) {
+      gated = GatedCoil{};
+      continue;
+    }
+    coil.state = CoilState::kOutlier;
+    gated.since = gated.times == 0 ? time : gated.since;
+    ++gated.times;
+  }
+}
+
+// When most coils contradict, the tube has snapped and they are right. When a few do, images that show the
+// tube where it is expected speak against them for a long while, but not for ever: they do not see depth.
+bool RecursiveEstimator::is_lost(MonotonicTime now) const {
+  int gated_now = 0;
+  double longest_s = 0;
+  for (const GatedCoil& coil : state_.gated) {
+    if (coil.times > 0) {
+      ++gated_now;
+      longest_s = std::max(longest_s, seconds_between(coil.since, now));
+    }
+  }
+  const bool confirmed =
+      to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, now) < kConfirmedFor_s;
+  return 2 * gated_now > static_cast<int>(instrument_.coils.size()) ||
+         (gated_now > 0 && longest_s >= (confirmed ? kLostThoughConfirmed_s : kLostAfter_s)) ||
+         state_.images_without_tube >= kLostImages || state_.doubted_times >= kDoubtedTimes;
+}
+
+}  // namespace tubed
