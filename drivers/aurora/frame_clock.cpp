@@ -8,11 +8,7 @@ namespace tubed::aurora {
 
 namespace {
 
-// Far beyond what any tracker's rate can be (20 to 80 measurements a second).
-constexpr double kShortestPeriodNs = 12.5e6;
-constexpr double kLongestPeriodNs = 50e6;
-/// Range of periods, relative, from which on its middle is a better guess than what was thought before.
-constexpr double kNarrow = 0.01;
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -30,16 +26,17 @@ void FrameClock::observe(std::uint64_t measurement, MonotonicTime asked, Monoton
   seen.latest = {0, 0, true};
   seen.earliest = {1, static_cast<double>((asked - answered).count()), true};
   tighten(segments_[count_ - 1], seen);
-  solve();
+  if (!find_periods()) {
+    resolve_contradiction();
+  }
 }
 
 // The newest measurement is number 0 and its reply's time 0: numbers stay small and exact.
 void FrameClock::rebase(std::uint64_t measurement, MonotonicTime time) noexcept {
-  const double n = static_cast<double>(measurement - base_measurement_);
-  const double ns = static_cast<double>((time - base_time_).count());
+  const auto n = static_cast<double>(measurement - base_measurement_);
+  const auto ns = static_cast<double>((time - base_time_).count());
   base_measurement_ = measurement;
   base_time_ = time;
-  offset_ns_ += period_ns_ * n - ns;
   for (std::size_t i = 0; i < count_; ++i) {
     for (Bound* bound : {&segments_[i].earliest, &segments_[i].latest}) {
       bound->n -= n;
@@ -48,8 +45,9 @@ void FrameClock::rebase(std::uint64_t measurement, MonotonicTime time) noexcept 
   }
 }
 
+// Which of two bounds is the tighter one depends on the period, a little: of neighbours, hardly.
 void FrameClock::tighten(Segment& segment, const Segment& by) const noexcept {
-  const auto offset = [this](const Bound& bound) { return bound.time_ns - period_ns_ * bound.n; };
+  const auto offset = [this](const Bound& bound) { return bound.time_ns - period_ns() * bound.n; };
   if (by.earliest.known && (!segment.earliest.known || offset(by.earliest) > offset(segment.earliest))) {
     segment.earliest = by.earliest;
   }
@@ -82,9 +80,11 @@ void FrameClock::merge_pairs() noexcept {
   segment_length_ *= 2;
 }
 
-// Of an earlier and a later bound: the line is above the first and below the second, or the other way round.
-FrameClock::Slopes FrameClock::possible_slopes() const noexcept {
-  Slopes slopes{kShortestPeriodNs, kLongestPeriodNs};
+// The line is above one bound and below another: that says how steep it can be. There is a line that keeps
+// all bounds if and only if every such pair leaves a slope.
+bool FrameClock::find_periods() noexcept {
+  double least = kLeastPeriodNs;
+  double most = kMostPeriodNs;
   for (std::size_t i = 0; i < count_; ++i) {
     const Bound& above = segments_[i].earliest;
     for (std::size_t j = 0; above.known && j < count_; ++j) {
@@ -95,45 +95,23 @@ FrameClock::Slopes FrameClock::possible_slopes() const noexcept {
         continue;
       }
       if (run >= 0) {
-        slopes.most = std::min(slopes.most, run > 0 ? rise_ns / run : -kLongestPeriodNs);
+        most = std::min(most, run > 0 ? rise_ns / run : -kUnbounded);
       } else {
-        slopes.least = std::max(slopes.least, rise_ns / run);
+        least = std::max(least, rise_ns / run);
       }
     }
   }
-  return slopes;
-}
-
-void FrameClock::solve() noexcept {
-  Slopes slopes = possible_slopes();
-  if (slopes.least > slopes.most) {
-    resolve_contradiction();
-    slopes = possible_slopes();
+  if (least > most) {
+    return false;
   }
-  if (slopes.least <= slopes.most) {
-    const bool narrow = slopes.most - slopes.least < kNarrow * period_ns_;
-    period_ns_ =
-        narrow ? (slopes.least + slopes.most) / 2 : std::clamp(period_ns_, slopes.least, slopes.most);
-  }
-  double above = -std::numeric_limits<double>::infinity();
-  double below = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Segment& segment = segments_[i];
-    if (segment.earliest.known) {
-      above = std::max(above, segment.earliest.time_ns - period_ns_ * segment.earliest.n);
-    }
-    if (segment.latest.known) {
-      below = std::min(below, segment.latest.time_ns - period_ns_ * segment.latest.n);
-    }
-  }
-  // Every measurement is younger than the one before it, which is a bound as well.
-  above = std::max(above, below - period_ns_);
-  width_ns_ = std::max(below - above, 0.0);
-  offset_ns_ = above <= below ? (above + below) / 2 : below;
+  least_period_ns_ = least;
+  most_period_ns_ = most;
+  return true;
 }
 
 // That a measurement has arrived cannot be wrong; that the next one was not there can be, when the reply
-// belonged to an earlier question. So the lower bounds go, and those that come now count.
+// belonged to an earlier question. So the lower bounds go, and those that come now count. The period stays as
+// it was known, until they say more.
 void FrameClock::resolve_contradiction() noexcept {
   ++contradictions_;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -141,13 +119,25 @@ void FrameClock::resolve_contradiction() noexcept {
   }
 }
 
-MonotonicTime FrameClock::available(std::uint64_t measurement) const noexcept {
+// No bound lies behind the measurement that is asked for, so that it is latest on the steepest possible line
+// and earliest on the flattest one.
+FrameClock::Range FrameClock::range(std::uint64_t measurement) const noexcept {
   const auto n = static_cast<double>(static_cast<std::int64_t>(measurement - base_measurement_));
-  return base_time_ + std::chrono::nanoseconds(std::llround(offset_ns_ + period_ns_ * n));
-}
-
-std::chrono::nanoseconds FrameClock::uncertainty() const noexcept {
-  return std::chrono::nanoseconds(std::llround(width_ns_));
+  double earliest = -kUnbounded;
+  double latest = kUnbounded;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const auto& [above, below] = segments_[i];
+    if (above.known && above.n <= n) {
+      earliest = std::max(earliest, above.time_ns + least_period_ns_ * (n - above.n));
+    }
+    if (below.known) {
+      latest = std::min(latest, below.time_ns + most_period_ns_ * (n - below.n));
+    }
+  }
+  // A measurement is not older than one period when it is still the newest.
+  earliest = std::min(std::max(earliest, latest - most_period_ns_), latest);
+  return {base_time_ + std::chrono::nanoseconds(std::llround(earliest)),
+          base_time_ + std::chrono::nanoseconds(std::llround(latest))};
 }
 
 }  // namespace tubed::aurora

@@ -11,13 +11,23 @@ namespace tubed::aurora {
 /// Fits a line, instant of measurement n = a + b n, to bounds instead of to arrival times. A reply whose
 /// newest measurement is n proves two things, whatever delays host, adapter and line add: n was there when
 /// the reply began (a + b n <= answered), and n + 1 was not when the tracker had the question (a + b (n + 1)
-/// > asked). A late reply only makes its bound loose, never wrong; a reply that came just after or just
-/// before a new measurement makes it tight. Among all lines that keep every bound of the last 20 s the middle
-/// one is taken. Crystals drift by less than 1e-7 in that time, so that a straight line is enough.
+/// > asked). A late reply only makes its bound loose, never wrong; a question that comes just after or just
+/// before a new measurement makes it tight. All lines that keep every bound of the last 20 s are possible;
+/// crystals drift by less than 1e-7 in that time, so that lines are enough. Who asks in the middle of what is
+/// possible for the next measurement halves it, so that the fit needs few questions and keeps itself tight.
 ///
 /// One thread; no clock, no allocation.
 class FrameClock {
  public:
+  /// When a measurement became available: between these two.
+  struct Range {
+    MonotonicTime earliest;
+    MonotonicTime latest;
+
+    [[nodiscard]] MonotonicTime middle() const noexcept { return earliest + (latest - earliest) / 2; }
+    [[nodiscard]] std::chrono::nanoseconds width() const noexcept { return latest - earliest; }
+  };
+
   /// Forgets everything: the tracker counts anew.
   void reset() noexcept { *this = FrameClock(); }
 
@@ -25,14 +35,12 @@ class FrameClock {
   /// question not before `asked` and began the answer not after `answered`.
   void observe(std::uint64_t measurement, MonotonicTime asked, MonotonicTime answered) noexcept;
 
-  /// When `measurement` became available. Only after observe().
-  [[nodiscard]] MonotonicTime available(std::uint64_t measurement) const noexcept;
+  /// What is possible for `measurement`: the newest one or a later one. Only after observe().
+  [[nodiscard]] Range range(std::uint64_t measurement) const noexcept;
   /// Whether observe() was called.
   [[nodiscard]] bool started() const noexcept { return count_ > 0; }
-  /// How far the first and the last possible instant of the newest measurement are apart.
-  [[nodiscard]] std::chrono::nanoseconds uncertainty() const noexcept;
-  /// Time between two measurements.
-  [[nodiscard]] double period_ns() const noexcept { return period_ns_; }
+  /// Time between two measurements: the middle of what is possible.
+  [[nodiscard]] double period_ns() const noexcept { return (least_period_ns_ + most_period_ns_) / 2; }
   /// Times that the bounds contradicted each other: a reply was older than it seemed.
   [[nodiscard]] std::uint64_t contradictions() const noexcept { return contradictions_; }
 
@@ -48,11 +56,6 @@ class FrameClock {
     Bound earliest;  ///< the line is above
     Bound latest;    ///< the line is below
   };
-  struct Slopes {
-    double least;
-    double most;
-  };
-
   static constexpr std::size_t kSegments = 48;
   static constexpr int kLongestSegment = 16;  ///< measurements
 
@@ -60,8 +63,7 @@ class FrameClock {
   void tighten(Segment& segment, const Segment& by) const noexcept;
   void open_segment() noexcept;
   void merge_pairs() noexcept;
-  void solve() noexcept;
-  [[nodiscard]] Slopes possible_slopes() const noexcept;
+  [[nodiscard]] bool find_periods() noexcept;
   void resolve_contradiction() noexcept;
 
   std::array<Segment, kSegments> segments_{};  ///< oldest first
@@ -70,9 +72,11 @@ class FrameClock {
   int in_segment_ = 0;
   std::uint64_t base_measurement_ = 0;
   MonotonicTime base_time_{};
-  double period_ns_ = 25e6;  ///< 40 measurements a second until it is known better
-  double offset_ns_ = 0;     ///< a, from the base
-  double width_ns_ = 0;
+  // 40 measurements a second are said to be made, 40.4 have been recorded.
+  static constexpr double kLeastPeriodNs = 20e6;
+  static constexpr double kMostPeriodNs = 31e6;
+  double least_period_ns_ = kLeastPeriodNs;
+  double most_period_ns_ = kMostPeriodNs;
   std::uint64_t contradictions_ = 0;
 };
 

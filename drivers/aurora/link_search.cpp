@@ -18,7 +18,7 @@ SearchStep LinkSearch::step() const noexcept {
   if (at_ < waits_) {
     return {at_ % 2 == 0 ? BaudRate::k9600 : likely_, false, kTry};
   }
-  switch (const std::size_t place = at_ - waits_) {
+  switch (at_ - waits_) {
     case 0:
       return {BaudRate::k9600, false, kFirstTry};
     case 1:
@@ -26,16 +26,20 @@ SearchStep LinkSearch::step() const noexcept {
     case 2:
       return {BaudRate::k9600, true, kAfterBreak};
     default:
-      return {kRates[place - kFirstSteps], false, kTry};
+      break;
   }
+  // A tracker that is switched on meanwhile speaks at 9600 baud.
+  const std::size_t place = at_ - waits_ - kFirstSteps;
+  return {patient_ && place % 2 == 0 ? BaudRate::k9600 : kRates[patient_ ? place / 2 : place], false, kTry};
 }
 
 bool LinkSearch::advance() noexcept {
   ++at_;
-  if (at_ < waits_ + kFirstSteps + kRates.size()) {
+  if (at_ < waits_ + kFirstSteps + (patient_ ? 2 : 1) * kRates.size()) {
     return true;
   }
   at_ = 0;
+  patient_ = true;
   return false;
 }
 

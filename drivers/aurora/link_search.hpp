@@ -35,12 +35,14 @@ class LinkSearch {
     likely_ = likely;
     at_ = 0;
     waits_ = 0;
+    patient_ = false;
   }
   /// The tracker has fallen silent at `rate`: it may have lost power, or only its cable. It is waited for at
   /// both rates a while before anything else is tried.
   void begin_after_loss(BaudRate rate) noexcept {
     begin(rate);
     waits_ = kWaits;
+    patient_ = true;
   }
 
   [[nodiscard]] SearchStep step() const noexcept;
@@ -53,6 +55,7 @@ class LinkSearch {
   BaudRate likely_ = BaudRate::k115200;
   std::size_t at_ = 0;
   std::size_t waits_ = 0;
+  bool patient_ = false;  ///< it is not there just now: 9600 baud is tried between the other rates
 };
 
 }  // namespace tubed::aurora

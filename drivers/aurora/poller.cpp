@@ -10,21 +10,12 @@ namespace tubed::aurora {
 
 namespace {
 
-using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr std::uint16_t kOptions = kTransforms | kAlsoOutOfVolume;
 constexpr std::size_t kTextBytesAHandle = 72;
 constexpr std::size_t kTextBytesBeside = 16;
-
-// Polls come ever a little earlier, until one comes too early: that shows where the measurement is.
-constexpr microseconds kFirstMargin{500};
-constexpr microseconds kEarlierEachPoll{4};
-constexpr microseconds kLaterAfterTooEarly{300};
-constexpr milliseconds kLargestMargin{3};
-/// From here on the fit is good enough to wait for a measurement instead of asking again and again.
-constexpr milliseconds kUncertaintyForWaiting{3};
 
 /// After a reply that was lost or late another may be on its way: the line has to be quiet for so long.
 constexpr milliseconds kQuietAfterTrouble{5};
@@ -65,7 +56,6 @@ void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) no
   first_seen_ = number_in_doubt_ = poll_at_once_ = ports_changed_ = false;
   failures_ = errors_in_a_row_ = contradictions_ = 0;
   binary_failures_ = text_successes_ = 0;
-  margin_ = kFirstMargin;
   hold_until_ = now;
   last_new_ = now;
   last_time_ = {};
@@ -121,10 +111,11 @@ MonotonicTime Poller::next_poll(const Exchange& exchange) const noexcept {
   if (exchange.inside_reply()) {
     due = std::max(due, exchange.last_byte() + kLongestPauseInReply);
   }
-  if (!poll_at_once_ && first_seen_ && clock_.started() && clock_.uncertainty() < kUncertaintyForWaiting) {
+  if (!poll_at_once_ && first_seen_) {
+    // The tracker has the question in the middle of what is possible: soon after the measurement, and every
+    // answer makes the range smaller.
     constexpr std::int64_t kCommandBytes = 12;
-    const MonotonicTime next = clock_.available(measurement_ + 1);
-    due = std::max(due, next + margin_ - kCommandBytes * exchange.byte_time());
+    due = std::max(due, clock_.range(measurement_ + 1).middle() - kCommandBytes * exchange.byte_time());
   }
   return due;
 }
@@ -263,7 +254,6 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   clock_.observe(measurement_, asked, exchange.answered());
   if (step.kind == FrameKind::kDuplicate) {
     ++counts_.duplicates;
-    margin_ = std::min<std::chrono::nanoseconds>(margin_ + kLaterAfterTooEarly, kLargestMargin);
     poll_at_once_ = true;
     return Event::kQuiet;
   }
@@ -271,7 +261,6 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   last_number_ = *number;
   last_new_ = now;
   counts_.missed += step.missed;
-  margin_ = std::max<std::chrono::nanoseconds>(margin_ - kEarlierEachPoll, -kLargestMargin);
   look_at_ports(now);
   fill(frame, measurement_, now);
   if (!guard_.believe(frame)) {
@@ -348,7 +337,7 @@ void Poller::look_at_ports(MonotonicTime now) noexcept {
 
 void Poller::fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) const noexcept {
   frame.received = now;
-  frame.measured = std::min(clock_.available(measurement), now) - settings_.latency;
+  frame.measured = clock_.range(measurement).middle() - settings_.latency;
   frame.measured = std::max(frame.measured, last_time_ + std::chrono::microseconds(1));
   frame.tracker_frame = last_number_;
   frame.origin = Origin::kDevice;

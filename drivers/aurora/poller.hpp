@@ -94,11 +94,10 @@ class Poller {
 
   bool first_seen_ = false;
   std::uint32_t last_number_ = 0;
-  std::uint64_t measurement_ = 0;      ///< newest, as counted
-  MonotonicTime last_time_{};          ///< measured, of the last frame
-  MonotonicTime last_new_{};           ///< when the last new measurement came
-  std::chrono::nanoseconds margin_{};  ///< polls reach the tracker so long after a measurement
-  MonotonicTime hold_until_{};         ///< the line must be quiet first
+  std::uint64_t measurement_ = 0;  ///< newest, as counted
+  MonotonicTime last_time_{};      ///< measured, of the last frame
+  MonotonicTime last_new_{};       ///< when the last new measurement came
+  MonotonicTime hold_until_{};     ///< the line must be quiet first
   bool poll_at_once_ = false;
   int settling_polls_ = 0;  ///< answers to earlier polls may come before this one's
 

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/aurora/byte_channel.hpp"
@@ -49,18 +50,22 @@ class EmulatedLine final : public ByteChannel {
   int fastest = 921600;        ///< of the host's port
   milliseconds portion{1};
   int breaks = 0;
-  std::function<void()> on_read;  ///< happens as time goes on: pulls plugs, switches off
+  /// Commands that begin with the first come to the tracker with the second instead, or not at all when that
+  /// is empty.
+  std::pair<std::string, std::string> replace;
 
   MonotonicTime now() noexcept override { return time; }
   bool write(Bytes bytes) noexcept override {
-    device_.receive(bytes, rate, time);
+    std::string text(as_text(bytes));
+    if (!replace.first.empty() && text.starts_with(replace.first)) {
+      text = replace.second.empty() ? "" : replace.second + text.substr(replace.first.size(), 4);
+      text = text.empty() ? "" : std::string(with_crc(text.substr(0, 2), text.substr(3)).text());
+    }
+    device_.receive(as_bytes(text), rate, time);
     return device_.connected(time);
   }
   Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
     for (;;) {
-      if (on_read) {
-        on_read();
-      }
       device_.transmit(time, rate, waiting_);
       if (!device_.connected(time)) {
         return {0, true};

@@ -3,136 +3,354 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
+#include <array>
 #include <string>
 
-#include "tests/drivers/aurora_serial/emulated_line.hpp"
+#include "tests/drivers/aurora_serial/session_bench.hpp"
 
 namespace tubed::aurora {
 namespace {
 
 using Event = Session::Event;
 
-/// Sensors 1 to `sensors`, two a port.
-CoilMap two_a_port(int sensors) {
-  CoilMap map;
-  for (int sensor = 1; sensor <= sensors; ++sensor) {
-    map.place(sensor, {(sensor + 1) / 2, (sensor + 1) % 2});
-  }
-  return map;
+emulator::DeviceSettings quick() {
+  emulator::DeviceSettings settings;
+  settings.durations.tstart = milliseconds(200);
+  return settings;
 }
 
-/// A tracker, a line to it and a session, five coils unless said otherwise.
-class Bench {
- public:
-  explicit Bench(emulator::DeviceSettings device_settings = {}, SessionSettings settings = {},
-                 CoilMap map = two_a_port(5), std::vector<ToolDefinition> tool_list = {})
-      : tools(std::move(tool_list)),
-        device(device_settings, circling(8), kPowerOn),
-        line(device),
-        session(settings, map, tools) {}
+SessionSettings at(BaudRate rate) {
+  SessionSettings settings;
+  settings.baud = rate;
+  return settings;
+}
 
-  /// Runs until `event` or for so long; false when it did not come.
-  bool run_until(Event event, std::chrono::nanoseconds longest = seconds(60)) {
-    const MonotonicTime end = line.time + longest;
-    while (line.time < end) {
-      const Event seen = session.run(std::min(end, line.time + milliseconds(50)), frame);
-      note(seen);
-      if (seen == event) {
-        return true;
-      }
-    }
-    return false;
+/// Leaves the tracker as a client does that is killed: at `rate`, its coils enabled, tracking or not.
+void leave_behind(SessionBench& bench, int rate, bool tracking) {
+  const auto say = [&](const CommandLine& command) {
+    bench.device.receive(command.bytes(), bench.line.rate, bench.line.time);
+    bench.line.time += seconds(3);
+    std::vector<std::uint8_t> reply;
+    bench.device.transmit(bench.line.time, bench.line.rate, reply);
+    return reply;
+  };
+  bench.line.time += seconds(3);
+  say(init_command());
+  say(comm_command({.rate = baud_rate(rate).value()}));
+  bench.line.rate = rate;
+  if (tracking) {
+    say(pinit_command(0x0A));
+    say(pena_command(0x0A, TrackingPriority::kDynamic));
+    ASSERT_EQ(as_text(say(tstart_command())), "OKAYA896\r");
   }
-  /// Runs for so long and counts.
-  void run_for(std::chrono::nanoseconds longest) {
-    const MonotonicTime end = line.time + longest;
-    while (line.time < end) {
-      note(session.run(std::min(end, line.time + milliseconds(50)), frame));
-    }
-  }
-  bool start() {
-    session.attach(line);
-    return run_until(Event::kMeasurement);
-  }
-
-  std::vector<ToolDefinition> tools;
-  emulator::Device device;
-  EmulatedLine line;
-  Session session;
-  EmFrame frame;
-  std::vector<std::string> problems;
-  std::uint64_t measurements = 0;
-  std::uint64_t wrong = 0;  ///< coils that are not where they were when the frame was measured
-  double worst_mm = 0;
-  std::vector<double> time_errors_ms;
-  std::vector<double> arrival_ms;
-  std::uint32_t last_frame = 0;
-
- private:
-  // The emulator's frame number says when it measured: 8 counts are 25 ms, from power-on or TSTART:80.
-  void note(Event event) {
-    if (event == Event::kProblem) {
-      problems.emplace_back(session.problem().text());
-    }
-    if (event != Event::kMeasurement) {
-      return;
-    }
-    ++measurements;
-    const MonotonicTime truth = epoch + std::chrono::nanoseconds(frame.tracker_frame * 3'125'000LL);
-    time_errors_ms.push_back(1e3 * seconds_between(truth, frame.measured));
-    arrival_ms.push_back(1e3 * seconds_between(truth, frame.received));
-    for (int i = 0; i < frame.coil_count; ++i) {
-      const CoilSample& coil = frame.coils[static_cast<std::size_t>(i)];
-      if (coil.status == CoilStatus::kOk) {
-        const double error_mm = (coil.p_em_mm - circling_coil(i + 1, truth).p_em_mm).norm();
-        worst_mm = std::max(worst_mm, error_mm);
-        wrong += error_mm > 0.02 ? 1 : 0;
-      }
-    }
-  }
-
- public:
-  MonotonicTime epoch = kPowerOn;  ///< frame 0
-};
-
-double percentile_of_absolute(std::vector<double> values, double p) {
-  std::transform(values.begin(), values.end(), values.begin(), [](double v) { return std::abs(v); });
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(p * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 TEST(Session, FindsAFreshTrackerAndMeasuresAllCoils) {
-  Bench bench;
+  SessionBench bench;
   ASSERT_TRUE(bench.start());
   EXPECT_EQ(bench.frame.coil_count, 5);
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(bench.frame.coils[static_cast<std::size_t>(i)].status, CoilStatus::kOk) << i;
-  }
+  EXPECT_EQ(bench.coils_seen(), 5);
   EXPECT_EQ(bench.wrong, 0U);
   EXPECT_EQ(bench.line.rate, 115200);
-  EXPECT_TRUE(bench.problems.empty()) << bench.problems[0];
+  EXPECT_TRUE(bench.problems.empty());
   EXPECT_EQ(bench.session.firmware(), "AURORA Rev 008");
+  EXPECT_EQ(bench.session.api_revision()->family, 'D');
 }
 
-TEST(Session, KeepsFortyHertzWithFiveCoilsAt115200) {
-  Bench bench;
+TEST(Session, TellsCoilsApartByPortAndChannelNotByHandle) {
+  CoilMap map;  // handles come in the order 1.0 2.0 3.0 1.1 2.1
+  map.place(1, {3, 0});
+  map.place(2, {1, 1});
+  map.place(4, {2, 0});
+  emulator::DeviceSettings device;
+  device.plugs = {{1, {7, 2}, 1}, {2, {4, 6}, 2}, {3, {1}, 3}};
+  SessionBench bench(device, {}, map);
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(1));
+  EXPECT_EQ(bench.status(1), CoilStatus::kOk);
+  EXPECT_EQ(bench.status(2), CoilStatus::kOk);
+  EXPECT_EQ(bench.status(3), CoilStatus::kDisabled);
+  EXPECT_EQ(bench.status(4), CoilStatus::kOk);
+  EXPECT_EQ(bench.wrong, 0U);
+}
+
+class SessionAtRate : public testing::TestWithParam<int> {};
+
+TEST_P(SessionAtRate, KeepsFortyHertzAndLosesNothing) {
+  SessionBench bench({}, at(baud_rate(GetParam()).value()));
   ASSERT_TRUE(bench.start());
   const auto before = bench.measurements;
   bench.run_for(seconds(60));
+  EXPECT_EQ(bench.line.rate, GetParam());
   EXPECT_NEAR(static_cast<double>(bench.measurements - before), 2400, 2);
-  EXPECT_EQ(bench.session.poller().counts().missed, 0U);
+  EXPECT_EQ(bench.longest_gap_frames, 0U);
   EXPECT_EQ(bench.wrong, 0U);
-  std::printf(
-      "duplicates %lu of %lu polls; time error p95 %.3f ms, arrival p50 %.2f p95 %.2f ms, uncertainty %.3f "
-      "ms period %.6f\n",
-      bench.session.poller().counts().duplicates, bench.session.poller().counts().polls,
-      percentile_of_absolute(bench.time_errors_ms, 0.95), percentile_of_absolute(bench.arrival_ms, 0.5),
-      percentile_of_absolute(bench.arrival_ms, 0.95),
-      static_cast<double>(bench.session.poller().clock().uncertainty().count()) / 1e6,
-      bench.session.poller().clock().period_ns() / 1e6);
   EXPECT_LT(percentile_of_absolute(bench.time_errors_ms, 0.95), 1.0);
+  // The reply's time on the line, the tracker's thinking, and what the last portion waits.
+  const double wire_ms = 221 * 10e3 / GetParam();
+  EXPECT_LT(percentile_of_absolute(bench.ages_ms, 0.5), wire_ms + 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SessionAtRate, testing::Values(115200, 230400, 921600));
+
+class SessionLeftBehind : public testing::TestWithParam<std::tuple<int, bool, bool>> {};
+
+TEST_P(SessionLeftBehind, FindsATrackerThatAKilledClientLeftAtAnyRate) {
+  const auto [rate, tracking, carries_breaks] = GetParam();
+  SessionBench bench(quick());
+  bench.line.carries_breaks = carries_breaks;
+  leave_behind(bench, rate, tracking);
+  bench.line.rate = 9600;
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(1));
+  EXPECT_EQ(bench.coils_seen(), 5);
+  EXPECT_EQ(bench.line.rate, 115200);
+  EXPECT_TRUE(bench.problems.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SessionLeftBehind,
+                         testing::Combine(testing::Values(9600, 14400, 19200, 38400, 57600, 115200, 230400,
+                                                          921600),
+                                          testing::Bool(), testing::Bool()));
+
+TEST(Session, UsesTheNextSlowerRateWhenTheTrackerRefusesOne) {
+  emulator::DeviceSettings device;
+  device.firmware = emulator::Firmware::kOld;
+  SessionBench bench(device, at(BaudRate::k921600));
+  ASSERT_TRUE(bench.start());
+  EXPECT_EQ(bench.line.rate, 115200);
+}
+
+TEST(Session, AsksForNoRateThatTheHostDoesNotHave) {
+  SessionBench bench({}, at(BaudRate::k921600));
+  bench.line.fastest = 230400;
+  ASSERT_TRUE(bench.start());
+  EXPECT_EQ(bench.line.rate, 230400);
+  EXPECT_EQ(bench.line.breaks, 1);  // only while the tracker was still starting
+}
+
+TEST(Session, SaysSoWhenNothingAnswersAndFindsTheTrackerWhenItIsSwitchedOn) {
+  SessionBench bench(quick());
+  bench.device.power_cycle(bench.line.time, seconds(40));
+  bench.session.attach(bench.line);
+  ASSERT_TRUE(bench.run_until(Event::kProblem));
+  EXPECT_NE(bench.problems.back().find("does not answer at any rate"), std::string::npos);
+  ASSERT_TRUE(bench.run_until(Event::kMeasurement));
+  // After the word RESET: at most one round of the other rates, then ports and TSTART.
+  EXPECT_LT(seconds_between(bench.device.ready(), bench.line.time), 4.0);
+}
+
+TEST(Session, ClosesWithTheLineAsTheNextClientExpectsIt) {
+  SessionBench bench;
+  ASSERT_TRUE(bench.start());
+  bench.session.close();
+  EXPECT_FALSE(bench.device.tracking());
+  EXPECT_EQ(bench.device.link(), LinkParameters{});
+  EXPECT_EQ(bench.session.run(bench.line.time + seconds(1), bench.frame), Event::kGone);
+}
+
+TEST(Session, ClosesInTimeWhenNobodyAnswers) {
+  SessionBench bench;
+  ASSERT_TRUE(bench.start());
+  bench.device.power_cycle(bench.line.time, seconds(100));
+  const MonotonicTime before = bench.line.time;
+  bench.session.close();
+  EXPECT_LT(seconds_between(before, bench.line.time), 1.6);
+}
+
+TEST(Session, SaysThatTheChannelHasGone) {
+  SessionBench bench;
+  ASSERT_TRUE(bench.start());
+  bench.device.hang_up(bench.line.time, seconds(5));
+  EXPECT_TRUE(bench.run_until(Event::kGone, milliseconds(100)));
+  bench.session.close();
+}
+
+TEST(Session, FindsATrackerThatLostItsPowerWhileTracking) {
+  for (int i = 0; i < 100; ++i) {
+    SessionBench bench(quick());
+    ASSERT_TRUE(bench.start());
+    bench.run_for(milliseconds(500 + 37 * i));
+    bench.device.power_cycle(bench.line.time, milliseconds(300 + 171 * i));
+    ASSERT_TRUE(bench.run_until(Event::kRefused, milliseconds(100)));
+    ASSERT_TRUE(bench.run_until(Event::kMeasurement)) << i;
+    EXPECT_LT(seconds_between(bench.device.ready(), bench.line.time), 1.5) << i;
+    EXPECT_EQ(bench.wrong, 0U);
+  }
+}
+
+TEST(Session, GoesOnWithTheOthersWhenAPlugIsPulled) {
+  SessionBench bench(quick());
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(2));
+  const auto before = bench.measurements;
+  ASSERT_TRUE(bench.device.ports().pull_out(2));
+  bench.run_for(milliseconds(100));
+  EXPECT_EQ(bench.status(3), CoilStatus::kDisabled);
+  EXPECT_EQ(bench.status(4), CoilStatus::kDisabled);
+  EXPECT_EQ(bench.coils_seen(), 3);
+  bench.run_for(seconds(10));
+  EXPECT_NEAR(static_cast<double>(bench.measurements - before), 404, 2);
+  EXPECT_EQ(bench.longest_gap_frames, 0U);
+}
+
+TEST(Session, TakesAPlugThatIsPutInAgain) {
+  for (int i = 0; i < 100; ++i) {
+    SessionBench bench(quick());
+    ASSERT_TRUE(bench.start());
+    bench.run_for(seconds(1));
+    ASSERT_TRUE(bench.device.ports().pull_out(1 + i % 3));
+    bench.run_for(milliseconds(100 + 33 * i));
+    ASSERT_TRUE(bench.device.ports().plug_in(1 + i % 3));
+    const MonotonicTime plugged_in = bench.line.time;
+    while (bench.coils_seen() < 5 && bench.line.time < plugged_in + seconds(20)) {
+      bench.run_until(Event::kMeasurement);
+    }
+    // TSTOP 0.34 s, PINIT 0.14 s, TSTART 0.2 s, and the questions between.
+    EXPECT_LT(seconds_between(plugged_in, bench.line.time), 1.2) << i;
+    EXPECT_EQ(bench.wrong, 0U);
+  }
+}
+
+TEST(Session, DoesNotStopTrackingForAPlugThatNobodyUses) {
+  emulator::DeviceSettings device;
+  device.plugs.push_back({9, {6}, 9});
+  SessionBench bench(device);
+  bench.device.ports().pull_out(9);
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(1));
+  bench.device.ports().plug_in(9);
+  bench.run_for(seconds(5));
+  EXPECT_EQ(bench.longest_gap_frames, 0U);
+  EXPECT_EQ(bench.session.counts().port_setups, 1U);
+}
+
+TEST(Session, WaitsForAPlugWhenAllAreOut) {
+  SessionBench bench(quick());
+  for (const int port : {1, 2, 3}) {
+    bench.device.ports().pull_out(port);
+  }
+  bench.session.attach(bench.line);
+  ASSERT_TRUE(bench.run_until(Event::kProblem));
+  EXPECT_NE(bench.problems.back().find("nothing is plugged in"), std::string::npos) << bench.problems.back();
+  bench.run_for(seconds(10));
+  EXPECT_EQ(bench.problems.size(), 1U);
+  bench.device.ports().plug_in(2);
+  ASSERT_TRUE(bench.run_until(Event::kMeasurement, seconds(3)));
+  EXPECT_EQ(bench.coils_seen(), 2);
+}
+
+TEST(Session, NamesWhatIsMissingAndWhatIsPluggedInInstead) {
+  CoilMap map;
+  map.place(1, {1, 0});
+  map.place(2, {4, 1});
+  SessionBench bench(quick(), {}, map);
+  ASSERT_TRUE(bench.start());
+  ASSERT_EQ(bench.problems.size(), 1U);
+  EXPECT_EQ(
+      bench.problems[0],
+      "not plugged in or not usable: sensor 2 (port 4 channel 1); plugged in instead: port 2 channel 0, port "
+      "3 channel 0, port 1 channel 1, port 2 channel 1");
+  EXPECT_EQ(bench.status(1), CoilStatus::kOk);
+  EXPECT_EQ(bench.status(2), CoilStatus::kDisabled);
+}
+
+TEST(Session, LeavesOutAToolThatCannotBeInitialised) {
+  emulator::DeviceSettings device = quick();
+  device.durations.pinit = milliseconds(2500);
+  device.plugs[1].memory = emulator::ToolMemory::kBlank;
+  SessionBench bench(device);
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(1));
+  EXPECT_EQ(bench.coils_seen(), 3);
+  EXPECT_EQ(bench.wrong, 0U);
+  ASSERT_EQ(bench.problems.size(), 1U);
+  EXPECT_NE(bench.problems[0].find("sensor 3 (port 2 channel 0), sensor 4"), std::string::npos)
+      << bench.problems[0];
+  EXPECT_NE(bench.problems[0].find("port 2: ERROR13"), std::string::npos) << bench.problems[0];
+}
+
+TEST(Session, WritesTheToolDefinitionOfAToolWithoutMemory) {
+  const std::vector<std::uint8_t> rom(1024, 0x5A);
+  emulator::DeviceSettings device = quick();
+  device.plugs[1].memory = emulator::ToolMemory::kBlank;
+  SessionBench bench(device, {}, two_a_port(5), {{2, rom}});
+  ASSERT_TRUE(bench.start());
+  EXPECT_EQ(bench.coils_seen(), 5);
+  EXPECT_TRUE(bench.problems.empty());
+}
+
+// What a firmware does that does not know BX, or falls over it.
+class SessionWithoutBinary : public testing::TestWithParam<const char*> {};
+
+TEST_P(SessionWithoutBinary, FallsBackToText) {
+  SessionBench bench(quick());
+  bench.line.replace = {"BX:", GetParam()};
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(5));
+  EXPECT_TRUE(bench.session.poller().uses_text());
+  EXPECT_EQ(bench.session.poller().counts().tx_fallbacks, 1U);
+  const auto before = bench.measurements;
+  bench.run_for(seconds(5));
+  EXPECT_GT(bench.measurements - before, 140U);  // 33 ms a reply: every measurement or every second one
+  EXPECT_EQ(bench.wrong, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SessionWithoutBinary, testing::Values("BQ:", ""));
+
+TEST(Session, ReturnsToBinaryWhenThatWorksAgain) {
+  SessionBench bench(quick());
+  bench.line.replace = {"BX:", ""};
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(5));
+  ASSERT_TRUE(bench.session.poller().uses_text());
+  bench.line.replace = {};
+  bench.run_for(seconds(30));
+  EXPECT_FALSE(bench.session.poller().uses_text());
+}
+
+TEST(Session, SurvivesTheWrapOfTheFrameCounter) {
+  emulator::DeviceSettings device = quick();
+  device.first_frame = 0xFFFFFFFFU - 8 * 40 * 10;
+  SessionBench bench(device);
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(30));
+  EXPECT_EQ(bench.longest_gap_frames, 0U);
+  EXPECT_EQ(bench.wrong, 0U);
+}
+
+TEST(Session, StartsTrackingAgainWhenTheTrackerWasStoppedByAnother) {
+  SessionBench bench(quick());
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(1));
+  bench.device.receive(tstop_command().bytes(), 115200, bench.line.time);
+  bench.run_for(seconds(3));
+  EXPECT_TRUE(bench.run_until(Event::kMeasurement, milliseconds(100)));
+  EXPECT_EQ(bench.session.counts().tracking_starts, 2U);
+}
+
+TEST(Session, FollowsATrackerWhoseClockIsOnePercentFast) {
+  emulator::DeviceSettings device = quick();
+  device.rate_hz = 40.4;  // as recorded
+  SessionBench bench(device);
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(60));
+  EXPECT_EQ(bench.longest_gap_frames, 0U);
+  EXPECT_NEAR(bench.session.poller().clock().period_ns(), 1e9 / 40.4, 1e3);
+}
+
+TEST(Session, KeepsTheWireTraceOfWhatHappened) {
+  SessionBench bench;
+  ASSERT_TRUE(bench.start());
+  std::vector<std::string> sent;
+  bench.session.trace().each([&](const WireRecord& record) {
+    if (record.event == WireEvent::kSent) {
+      sent.emplace_back(as_text(record.bytes));
+    }
+  });
+  EXPECT_EQ(sent.front(), "INIT:E3A5\r");
+  EXPECT_NE(std::find(sent.begin(), sent.end(), "TSTART:5423\r"), sent.end());
+  EXPECT_EQ(sent.back().substr(0, 3), "BX:");
 }
 
 }  // namespace
