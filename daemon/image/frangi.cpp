@@ -1,16 +1,9 @@
 #include "daemon/image/frangi.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-// The inner loops are compiled for several instruction sets and chosen when the program starts; the
-// sanitizers cannot run that early.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TUBED_SIMD_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define TUBED_SIMD_CLONES
-#endif
+#include <bit>
+#include <stdexcept>
+#include <string>
 
 namespace tubed {
 
@@ -18,146 +11,300 @@ namespace {
 
 constexpr double kStencilVariance = 0.2;  // what the 3 x 3 second-derivative stencil adds to sigma^2
 constexpr double kKernelReach = 4.0;      // Gaussian cut at 4 sigma
+constexpr float kLog2E = 1.44269504F;
 
-std::vector<float> half_gaussian(double sigma) {
-  const int reach = std::max(1, static_cast<int>(std::ceil(kKernelReach * sigma)));
-  std::vector<double> weights(static_cast<std::size_t>(reach) + 1);
-  double sum = 0;
-  for (int i = 0; i <= reach; ++i) {
-    weights[static_cast<std::size_t>(i)] = std::exp(-0.5 * i * i / (sigma * sigma));
-    sum += (i == 0 ? 1 : 2) * weights[static_cast<std::size_t>(i)];
-  }
-  std::vector<float> half;
-  half.reserve(weights.size());
-  for (const double weight : weights) {
-    half.push_back(static_cast<float>(weight / sum));
-  }
-  return half;
+// What is streamed at once, so that source and maps of a block stay in the second-level cache for all scales.
+constexpr int kBlockWidth = 512;
+constexpr int kBlockHeight = 64;
+
+double smoothing_sigma(double sigma_px) {
+  return std::sqrt(std::max(sigma_px * sigma_px - kStencilVariance, 0.04));
 }
 
-// exp for arguments in [-88, 0] as polynomial and exponent: vectorised by the compiler, relative error below
-// 2e-4.
-inline float exp_negative(float x) {
-  const float t = std::max(x, -80.0F) * 1.44269504F;
-  const float whole = std::floor(t);
-  const float rest = t - whole;
-  const float mantissa = 1.0F + rest * (0.695556856F + rest * (0.226173572F + rest * 0.0781455737F));
-  return mantissa * __builtin_bit_cast(float, (static_cast<std::int32_t>(whole) + 127) << 23);
+int reach_of(double sigma_px) {
+  return std::max(1, static_cast<int>(std::ceil(kKernelReach * smoothing_sigma(sigma_px))));
+}
+
+std::vector<float> gaussian_weights(double sigma_px) {
+  const double sigma = smoothing_sigma(sigma_px);
+  const int reach = reach_of(sigma_px);
+  std::vector<double> weights;
+  double sum = 0;
+  for (int i = 0; i <= reach; ++i) {
+    weights.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
+    sum += (i == 0 ? 1 : 2) * weights.back();
+  }
+  std::vector<float> normalised;
+  for (const double weight : weights) {
+    normalised.push_back(static_cast<float>(weight / sum));
+  }
+  return normalised;
+}
+
+// Sum 65535, so that a sum of 16-bit products never exceeds 16 bits.
+std::vector<std::uint16_t> pair_weights(const std::vector<float>& weights) {
+  std::vector<std::uint16_t> pairs{0};
+  int left = 65535;
+  for (std::size_t k = 1; k < weights.size(); ++k) {
+    const int pair = static_cast<int>(std::lround(2 * 65536.0 * static_cast<double>(weights[k])));
+    pairs.push_back(static_cast<std::uint16_t>(pair));
+    left -= pair;
+  }
+  pairs[0] = static_cast<std::uint16_t>(std::max(left, 0));
+  return pairs;
+}
+
+int greatest_reach(const std::vector<double>& scales_px) {
+  int greatest = 0;
+  for (const double sigma : scales_px) {
+    if (!(sigma >= 0.5 && sigma <= 20)) {
+      throw std::invalid_argument("Frangi scale of " + std::to_string(sigma) +
+                                  " px: must be within 0.5 .. 20 px");
+    }
+    greatest = std::max(greatest, reach_of(sigma));
+  }
+  if (scales_px.empty()) {
+    throw std::invalid_argument("Frangi filter without a scale: give at least one sigma in px");
+  }
+  return greatest;
+}
+
+int checked_size(int size) {
+  if (size < FrangiFilter::kLeastSize) {
+    throw std::invalid_argument("Frangi filter of an image " + std::to_string(size) +
+                                " px wide or high: must be at least 16");
+  }
+  return size;
+}
+
+PixelRectangle clipped(const PixelRectangle& part, const PixelRectangle& to) {
+  return {std::max(part.left, to.left), std::max(part.top, to.top), std::min(part.right, to.right),
+          std::min(part.bottom, to.bottom)};
+}
+
+// Calls `visit` with the blocks of `part`, left to right, top to bottom. Widths are whole registers but the
+// last.
+template <typename Visit>
+void for_each_block(const PixelRectangle& part, Visit&& visit) {
+  const int columns = (part.width() + kBlockWidth - 1) / kBlockWidth;
+  const int block_width = (part.width() / columns + 15) / 16 * 16;
+  for (int top = part.top; top < part.bottom; top += kBlockHeight) {
+    for (int column = 0; column < columns; ++column) {
+      const int left = part.left + column * block_width;
+      const int right = column + 1 == columns ? part.right : left + block_width;
+      visit(PixelRectangle{left, top, right, std::min(top + kBlockHeight, part.bottom)});
+    }
+  }
+}
+
+// Bits that are set in any of the pixels.
+unsigned bits_in_use(std::span<const std::uint16_t> pixels) {
+  std::uint16_t bits = 0;
+  for (const std::uint16_t pixel : pixels) {
+    bits |= pixel;
+  }
+  return bits;
+}
+
+template <typename Pixel>
+void repeat_outermost(Pixel* row, int width, int margin, const PixelRectangle& loaded) {
+  if (loaded.left == 0) {
+    std::fill(row - margin, row, row[0]);
+  }
+  if (loaded.right == width) {
+    std::fill(row + width, row + width + margin, row[width - 1]);
+  }
+}
+
+RidgeRow row_of(const RidgeMaps& maps, int y, int width) {
+  const auto first = static_cast<std::ptrdiff_t>(y) * width;
+  const bool with_direction = !maps.scale_px.empty();
+  return {maps.vesselness.data() + first, with_direction ? maps.scale_px.data() + first : nullptr,
+          with_direction ? maps.double_angle_cos.data() + first : nullptr,
+          with_direction ? maps.double_angle_sin.data() + first : nullptr};
 }
 
 }  // namespace
 
 FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings)
-    : width_(width),
-      height_(height),
-      beta_(static_cast<float>(settings.beta)),
-      structureness_(static_cast<float>(settings.structureness)) {
-  std::size_t longest = 0;
+    : width_(checked_size(width)),
+      height_(checked_size(height)),
+      polarity_(settings.polarity == RidgePolarity::kDark ? 1.0F : -1.0F),
+      per_blob_(static_cast<float>(-0.5 / (settings.beta * settings.beta)) * kLog2E),
+      fixed_c_(settings.structureness > 0),
+      integers_configured_(settings.smoothing == FrangiSmoothing::kInteger16),
+      margin_(greatest_reach(settings.scales_px) + 1),
+      source_(width, height, margin_),
+      source_words_(width, integers_configured_ ? height : 1, margin_),
+      between_(width, 1, margin_),
+      between_words_(width, 1, margin_),
+      smoothed_(width, height + 2, margin_),
+      rows_(static_cast<std::size_t>(2 * margin_)),
+      word_rows_(rows_.size()) {
   for (const double sigma : settings.scales_px) {
-    const double variance = sigma * sigma;
-    scales_.push_back({static_cast<float>(variance),
-                       half_gaussian(std::sqrt(std::max(variance - kStencilVariance, 0.04)))});
-    longest = std::max(longest, scales_.back().half_kernel.size());
-  }
-  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  padded_row_.resize(static_cast<std::size_t>(width) + 2 * longest);
-  rows_.resize(pixels);
-  smoothed_.resize(pixels);
-  trace_.resize(pixels);
-  spread_.resize(pixels);
-}
-
-TUBED_SIMD_CLONES void FrangiFilter::smooth(std::span<const float> grey, const Scale& scale) {
-  const int reach = static_cast<int>(scale.half_kernel.size()) - 1;
-  const float* weights = scale.half_kernel.data();
-  for (int y = 0; y < height_; ++y) {
-    const float* in = grey.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    float* padded = padded_row_.data();
-    std::fill(padded, padded + reach, in[0]);
-    std::copy(in, in + width_, padded + reach);
-    std::fill(padded + reach + width_, padded + 2 * reach + width_, in[width_ - 1]);
-    float* out = rows_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    const float* __restrict centre = padded + reach;
-    for (int x = 0; x < width_; ++x) {
-      out[x] = weights[0] * centre[x];
-    }
-    for (int k = 1; k <= reach; ++k) {
-      for (int x = 0; x < width_; ++x) {
-        out[x] += weights[k] * (centre[x - k] + centre[x + k]);
-      }
-    }
-  }
-  for (int y = 0; y < height_; ++y) {
-    float* out = smoothed_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    const float* centre = rows_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    for (int x = 0; x < width_; ++x) {
-      out[x] = weights[0] * centre[x];
-    }
-    for (int k = 1; k <= reach; ++k) {
-      const float* above = rows_.data() + static_cast<std::ptrdiff_t>(std::max(y - k, 0)) * width_;
-      const float* below = rows_.data() + static_cast<std::ptrdiff_t>(std::min(y + k, height_ - 1)) * width_;
-      for (int x = 0; x < width_; ++x) {
-        out[x] += weights[k] * (above[x] + below[x]);
-      }
-    }
+    const std::vector<float> weights = gaussian_weights(sigma);
+    scales_.push_back({static_cast<float>(sigma), reach_of(sigma), weights, pair_weights(weights),
+                       static_cast<float>(settings.structureness)});
   }
 }
 
-// Fills trace_ and spread_; returns the greatest squared Hessian norm l1^2 + l2^2. The outermost pixels stay
-// 0.
-TUBED_SIMD_CLONES float FrangiFilter::second_derivatives(float variance) {
+PixelRectangle FrangiFilter::usable(const PixelRectangle& tile) const {
+  PixelRectangle part = clipped(tile, whole());
+  if (part.width() > 0 && part.width() < kLeastSize) {
+    part.left = std::min(part.left, width_ - kLeastSize);
+    part.right = part.left + kLeastSize;
+  }
+  return part;
+}
+
+ResponseScale FrangiFilter::response_of(const Scale& scale) const {
+  const float gain = integers_ ? static_cast<float>(1 << shift_) : 1.0F;
+  return {.sigma_px = scale.sigma_px,
+          .variance = polarity_ * scale.sigma_px * scale.sigma_px / gain,
+          .per_blob = per_blob_,
+          .per_norm = -kLog2E / (scale.c * scale.c),
+          .first = &scale == scales_.data()};
+}
+
+template <typename Pixel>
+void FrangiFilter::load_floats(std::span<const Pixel> grey, const PixelRectangle& part) {
+  for (int y = part.top; y < part.bottom; ++y) {
+    float* row = source_.row(y);
+    convert_row(grey.data() + static_cast<std::ptrdiff_t>(y) * width_ + part.left, part.width(),
+                row + part.left);
+    repeat_outermost(row, width_, margin_, part);
+  }
+}
+
+template <typename Pixel>
+void FrangiFilter::load_words(std::span<const Pixel> grey, const PixelRectangle& part) {
+  for (int y = part.top; y < part.bottom; ++y) {
+    std::uint16_t* row = source_words_.row(y);
+    convert_row(grey.data() + static_cast<std::ptrdiff_t>(y) * width_ + part.left, part.width(), shift_,
+                row + part.left);
+    repeat_outermost(row, width_, margin_, part);
+  }
+}
+
+// 16-bit pixels are shifted up as far as the image allows: detectors of 12 bits use all 16 of the smoothing.
+void FrangiFilter::choose_gain(const GreyPixels& grey) {
+  integers_ = integers_configured_ && !std::holds_alternative<std::span<const float>>(grey.depths());
+  shift_ = 8;
+  if (const auto* words = std::get_if<std::span<const std::uint16_t>>(&grey.depths())) {
+    shift_ = std::min(std::countl_zero(static_cast<std::uint16_t>(bits_in_use(*words))), 15);
+  }
+}
+
+// Brings the pixels of `part` and what the kernels reach beyond it into the padded source.
+void FrangiFilter::load(const GreyPixels& grey, const PixelRectangle& part) {
+  const PixelRectangle read = clipped(
+      {part.left - margin_, part.top - margin_, part.right + margin_, part.bottom + margin_}, whole());
+  std::visit(
+      [&](const auto& pixels) {
+        using Pixel = std::remove_const_t<typename std::decay_t<decltype(pixels)>::element_type>;
+        if constexpr (!std::is_same_v<Pixel, float>) {
+          if (integers_) {
+            return load_words<Pixel>(pixels, read);
+          }
+        }
+        load_floats<Pixel>(pixels, read);
+      },
+      grey.depths());
+}
+
+// Columns begin .. end - 1 of row y, -1 .. height, into `out`.
+void FrangiFilter::smooth(const Scale& scale, int y, int begin, int end, float* out) {
+  const GaussianTaps taps{scale.reach, scale.weights.data(), scale.pairs.data()};
+  const auto rows = static_cast<std::size_t>(2 * scale.reach + 1);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const int source_y = std::clamp(y - scale.reach + static_cast<int>(i), 0, height_ - 1);
+    if (integers_) {
+      word_rows_[i] = source_words_.row(source_y);
+    } else {
+      rows_[i] = source_.row(source_y);
+    }
+  }
+  if (integers_) {
+    smooth_row(SmoothIntegerRow{taps, word_rows_.data(), between_words_.row(0), out, begin, end});
+  } else {
+    smooth_row(SmoothFloatRow{taps, rows_.data(), between_.row(0), out, begin, end});
+  }
+}
+
+// Smoothed rows live no longer than the three that the Hessian needs.
+void FrangiFilter::stream(const Scale& scale, const PixelRectangle& block, const RidgeMaps& maps) {
+  const ResponseScale response = response_of(scale);
+  const auto ring = [this](int y) { return smoothed_.row((y + 1) & 3); };
+  for (int y = block.top - 1; y <= block.bottom; ++y) {
+    smooth(scale, y, block.left - 1, block.right + 1, ring(y));
+    if (y > block.top) {
+      respond({ring(y - 2), ring(y - 1), ring(y), block.left, block.right}, response,
+              row_of(maps, y - 1, width_));
+    }
+  }
+}
+
+// Smooths the whole image into smoothed_ and takes half the greatest Hessian norm as c.
+void FrangiFilter::find_structureness(Scale& scale) {
   float greatest = 0;
-  for (int y = 1; y + 1 < height_; ++y) {
-    const float* __restrict centre = smoothed_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    const float* __restrict above = centre - width_;
-    const float* __restrict below = centre + width_;
-    float* __restrict trace = trace_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    float* __restrict spread = spread_.data() + static_cast<std::ptrdiff_t>(y) * width_;
-    float row_greatest = 0;
-    for (int x = 1; x + 1 < width_; ++x) {
-      const float xx = centre[x - 1] - 2 * centre[x] + centre[x + 1];
-      const float yy = above[x] - 2 * centre[x] + below[x];
-      const float xy = 0.25F * (above[x - 1] - above[x + 1] - below[x - 1] + below[x + 1]);
-      const float mean = 0.5F * (xx + yy) * variance;
-      const float half_difference = 0.5F * (xx - yy) * variance;
-      const float squared = half_difference * half_difference + xy * xy * variance * variance;
-      trace[x] = mean;
-      spread[x] = std::sqrt(squared);
-      row_greatest = std::max(row_greatest, 2 * (mean * mean + squared));
+  for_each_block(whole(), [&](const PixelRectangle& block) {
+    const int first = block.top == 0 ? -1 : block.top + 1;  // the block above has smoothed two of these rows
+    for (int y = first; y <= block.bottom; ++y) {
+      smooth(scale, y, block.left - 1, block.right + 1, smoothed_.row(y + 1));
     }
-    greatest = std::max(greatest, row_greatest);
-  }
-  return greatest;
+    for (int y = block.top; y < block.bottom; ++y) {
+      greatest = std::max(greatest, greatest_squared_norm({smoothed_.row(y), smoothed_.row(y + 1),
+                                                           smoothed_.row(y + 2), block.left, block.right}));
+    }
+  });
+  scale.c = std::max(0.5F * std::abs(response_of(scale).variance) * std::sqrt(greatest), 1e-6F);
 }
 
-TUBED_SIMD_CLONES void FrangiFilter::add_response(float c, std::span<float> vesselness, bool first) const {
-  const float per_c = -0.5F / (c * c);
-  const float per_beta = -0.5F / (beta_ * beta_);
-  const float* __restrict means = trace_.data();
-  const float* __restrict spreads = spread_.data();
-  float* __restrict out = vesselness.data();
-  const auto pixels = static_cast<std::ptrdiff_t>(vesselness.size());
-  const float keep = first ? 0.0F : 1.0F;
-  for (std::ptrdiff_t i = 0; i < pixels; ++i) {
-    // Dark ridges: the eigenvalue of greater magnitude is positive, so it is mean + spread and mean > 0.
-    const float large = means[i] + spreads[i];
-    const float small = means[i] - spreads[i];
-    const float ratio = small / std::max(large, 1e-12F);
-    const float blob = exp_negative(per_beta * ratio * ratio);
-    const float strength = 1.0F - exp_negative(per_c * (large * large + small * small));
-    const float response = means[i] > 0 ? blob * strength : 0.0F;
-    out[i] = std::max(keep * out[i], response);
+void FrangiFilter::respond_everywhere(const Scale& scale, const RidgeMaps& maps) {
+  const ResponseScale response = response_of(scale);
+  for (int y = 0; y < height_; ++y) {
+    respond({smoothed_.row(y), smoothed_.row(y + 1), smoothed_.row(y + 2), 0, width_}, response,
+            row_of(maps, y, width_));
   }
 }
 
-void FrangiFilter::filter(std::span<const float> grey, std::span<float> vesselness) {
-  bool first = true;
-  for (const Scale& scale : scales_) {
-    smooth(grey, scale);
-    const float greatest = second_derivatives(scale.variance);
-    const float c = structureness_ > 0 ? structureness_ : std::max(0.5F * std::sqrt(greatest), 1e-6F);
-    add_response(c, vesselness, first);
-    first = false;
+void FrangiFilter::filter(const GreyPixels& grey, const RidgeMaps& maps) {
+  choose_gain(grey);
+  load(grey, whole());
+  if (fixed_c_) {
+    for_each_block(whole(), [&](const PixelRectangle& block) {
+      for (const Scale& scale : scales_) {
+        stream(scale, block, maps);
+      }
+    });
+    return;
+  }
+  for (Scale& scale : scales_) {
+    find_structureness(scale);
+    respond_everywhere(scale, maps);
+  }
+}
+
+void FrangiFilter::filter_tiles(const GreyPixels& grey, std::span<const PixelRectangle> tiles,
+                                const RidgeMaps& maps) {
+  choose_gain(grey);
+  if (scales_.front().c == 0) {
+    load(grey, whole());
+    for (Scale& scale : scales_) {
+      find_structureness(scale);
+    }
+  }
+  for (const PixelRectangle& tile : tiles) {
+    const PixelRectangle part = usable(tile);
+    if (part.width() <= 0 || part.height() <= 0) {
+      continue;
+    }
+    load(grey, part);
+    for_each_block(part, [&](const PixelRectangle& block) {
+      for (const Scale& scale : scales_) {
+        stream(scale, block, maps);
+      }
+    });
   }
 }
 

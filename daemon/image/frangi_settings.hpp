@@ -4,11 +4,20 @@
 
 namespace tubed {
 
+/// Which ridges count: catheters and wires absorb and are dark on a fluoroscopic image.
+enum class RidgePolarity { kDark, kBright };
+
+/// How the Gaussians are computed. kInteger16 holds for images of 8 and 16 bit: less time, an error of about
+/// the last of 16 bits per pass; float images are smoothed in float whatever is set.
+enum class FrangiSmoothing { kFloat, kInteger16 };
+
 /// Scales and sensitivities of the Frangi filter.
 struct FrangiSettings {
-  std::vector<double> scales_px{1.0, 1.5, 2.0, 3.0};  ///< sigma of each Gaussian, px
+  std::vector<double> scales_px{1.0, 1.5, 2.0, 3.0};  ///< sigma of each Gaussian, px, 0.5 .. 20
   double beta = 0.5;           ///< how much blob-like structure is suppressed, unit-less
   double structureness = 0.0;  ///< Frangi's c, grey levels; 0 = half the greatest Hessian norm of the image
+  RidgePolarity polarity = RidgePolarity::kDark;
+  FrangiSmoothing smoothing = FrangiSmoothing::kFloat;
 };
 
 }  // namespace tubed
