@@ -47,7 +47,7 @@ void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout
   trace_.sent(start, command.bytes());
   gone_ = !channel_->write(command.bytes()) || gone_;
   pending_ = true;
-  answer_begun_ = false;
+  answer_begun_ = answer_begun_ && start < last_byte_ + kQuietLine;
   patience_ = patience;
   damaged_before_ = damaged();
   asked_ = start + static_cast<std::int64_t>(command.bytes().size()) * byte_time();
@@ -94,6 +94,12 @@ bool Exchange::take_reply(Reply& reply) noexcept {
   reply = *found;
   answers_ = pending_;
   pending_ = false;
+  // With noise before it, or when it began before the command went out, nobody knows when it began.
+  const bool clean = discarded_ == reader_.counts().discarded_bytes && (!answers_ || began_ >= asked_);
+  answered_ = clean ? began_ : last_byte_;
+  discarded_ = reader_.counts().discarded_bytes;
+  answer_begun_ = reader_.waiting() > 0;
+  began_ = last_byte_ - line_time(reader_.waiting());
   return true;
 }
 
@@ -102,11 +108,14 @@ void Exchange::take(Bytes bytes, MonotonicTime now) noexcept {
   last_byte_ = now;
   if (!answer_begun_) {
     answer_begun_ = true;
-    // The tracker's rate may be a little faster than ours.
-    const auto at_least = static_cast<std::int64_t>(bytes.size()) * byte_time() * 49 / 50;
-    answered_ = std::max(asked_, now - at_least);
+    began_ = now - line_time(bytes.size());
   }
   reader_.feed(bytes);
+}
+
+// The tracker's rate may be a little faster than ours.
+std::chrono::nanoseconds Exchange::line_time(std::size_t bytes) const noexcept {
+  return static_cast<std::int64_t>(bytes) * byte_time() * 49 / 50;
 }
 
 std::uint64_t Exchange::damaged() const noexcept {

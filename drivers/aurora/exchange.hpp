@@ -58,7 +58,7 @@ class Exchange {
 
   /// The command was on the line, last byte and all, not before this.
   [[nodiscard]] MonotonicTime asked() const noexcept { return asked_; }
-  /// The first byte after the command began on the line not after this. Only after a byte has come.
+  /// Of the reply just given out: its first byte began on the line not after this.
   [[nodiscard]] MonotonicTime answered() const noexcept { return answered_; }
   [[nodiscard]] MonotonicTime last_byte() const noexcept { return last_byte_; }
   /// Something has come that is not whole yet.
@@ -73,6 +73,7 @@ class Exchange {
   [[nodiscard]] MonotonicTime give_up_at() const noexcept;
   bool take_reply(Reply& reply) noexcept;
   void take(Bytes bytes, MonotonicTime now) noexcept;
+  [[nodiscard]] std::chrono::nanoseconds line_time(std::size_t bytes) const noexcept;
 
   ByteChannel* channel_ = nullptr;
   ReplyReader reader_;
@@ -86,7 +87,9 @@ class Exchange {
   std::uint64_t damaged_before_ = 0;
   MonotonicTime deadline_{};
   MonotonicTime asked_{};
+  MonotonicTime began_{};  ///< of what is coming in now: not after this
   MonotonicTime answered_{};
+  std::uint64_t discarded_ = 0;
   MonotonicTime last_byte_{};
 };
 

@@ -22,13 +22,23 @@ void FrameClock::observe(std::uint64_t measurement, MonotonicTime asked, Monoton
     open_segment();
   }
   ++in_segment_;
-  Segment seen;
-  seen.latest = {0, 0, true};
-  seen.earliest = {1, static_cast<double>((asked - answered).count()), true};
-  tighten(segments_[count_ - 1], seen);
+  Segment& segment = segments_[count_ - 1];
+  tighten(segment, {.earliest = {}, .latest = {0, 0, true}});
   if (!find_periods()) {
-    resolve_contradiction();
+    forget_earliest();
   }
+  const Bound before = segment.earliest;
+  tighten(segment, {.earliest = {1, static_cast<double>((asked - answered).count()), true}, .latest = {}});
+  if (find_periods()) {
+    disbelieved_ = 0;
+    return;
+  }
+  segment.earliest = before;
+  ++contradictions_;
+  if (++disbelieved_ >= kMostDisbelieved) {
+    forget_earliest();
+  }
+  find_periods();
 }
 
 // The newest measurement is number 0 and its reply's time 0: numbers stay small and exact.
@@ -110,10 +120,11 @@ bool FrameClock::find_periods() noexcept {
 }
 
 // That a measurement has arrived cannot be wrong; that the next one was not there can be, when the reply
-// belonged to an earlier question. So the lower bounds go, and those that come now count. The period stays as
-// it was known, until they say more.
-void FrameClock::resolve_contradiction() noexcept {
+// belonged to an earlier question. So a lower bound that contradicts the others is not taken; when the upper
+// bounds contradict what was taken, or all new ones do, the lower bounds begin anew.
+void FrameClock::forget_earliest() noexcept {
   ++contradictions_;
+  disbelieved_ = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     segments_[i].earliest.known = false;
   }

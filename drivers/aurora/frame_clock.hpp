@@ -63,8 +63,8 @@ class FrameClock {
   void tighten(Segment& segment, const Segment& by) const noexcept;
   void open_segment() noexcept;
   void merge_pairs() noexcept;
-  [[nodiscard]] bool find_periods() noexcept;
-  void resolve_contradiction() noexcept;
+  bool find_periods() noexcept;
+  void forget_earliest() noexcept;
 
   std::array<Segment, kSegments> segments_{};  ///< oldest first
   std::size_t count_ = 0;
@@ -77,6 +77,8 @@ class FrameClock {
   static constexpr double kMostPeriodNs = 31e6;
   double least_period_ns_ = kLeastPeriodNs;
   double most_period_ns_ = kMostPeriodNs;
+  static constexpr int kMostDisbelieved = 40;
+  int disbelieved_ = 0;  ///< lower bounds not taken, in a row
   std::uint64_t contradictions_ = 0;
 };
 

@@ -250,7 +250,8 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   }
   measurement_ = step.measurement;
   // An answer to an earlier poll says nothing about what was there when this one was sent.
-  const MonotonicTime asked = settling_polls_ > 0 ? exchange.answered() - kStandstill : exchange.asked();
+  const bool late = settling_polls_ > 0 || !exchange.answers();
+  const MonotonicTime asked = late ? exchange.answered() - kStandstill : exchange.asked();
   clock_.observe(measurement_, asked, exchange.answered());
   if (step.kind == FrameKind::kDuplicate) {
     ++counts_.duplicates;

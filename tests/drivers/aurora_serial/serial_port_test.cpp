@@ -1,0 +1,302 @@
+// The port against a pseudo-terminal, and the whole driver against the emulated Aurora behind one.
+#include "drivers/aurora_serial/serial_port.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "drivers/aurora/wire_log.hpp"
+#include "drivers/aurora_serial/aurora_serial_driver.hpp"
+#include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
+#include "drivers/simulation/aurora_emulator/serial_front.hpp"
+#include "tests/drivers/aurora_serial/emulated_line.hpp"
+
+namespace tubed {
+namespace {
+
+namespace fs = std::filesystem;
+using aurora::as_bytes;
+using aurora::as_text;
+using aurora::emulator::PseudoTerminal;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+std::string read_for(SerialPort& port, std::chrono::nanoseconds longest) {
+  std::array<std::uint8_t, 256> room{};
+  const auto arrival = port.read(room, monotonic_now() + longest);
+  return arrival.gone ? "gone" : std::string(as_text(aurora::Bytes(room).first(arrival.size)));
+}
+
+TEST(SerialPort, CarriesBytesUnchangedBothWays) {
+  PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  ASSERT_EQ(port.open(), 0);
+  std::vector<std::uint8_t> all(256);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = static_cast<std::uint8_t>(i);
+  }
+  ASSERT_TRUE(port.write(all));
+  std::vector<std::uint8_t> arrived;
+  terminal.read(arrived);
+  EXPECT_EQ(arrived, all);
+  terminal.write(all);
+  EXPECT_EQ(read_for(port, seconds(1)), std::string(all.begin(), all.end()));
+}
+
+TEST(SerialPort, SetsEveryRateExactly) {
+  PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  ASSERT_EQ(port.open(), 0);
+  EXPECT_EQ(terminal.bits_per_second(), 9600);
+  for (const int rate : {14400, 19200, 115200, 230400, 921600, 1228739, 9600}) {
+    EXPECT_TRUE(port.knows_baud(rate)) << rate;
+    ASSERT_TRUE(port.set_baud(rate));
+    EXPECT_EQ(terminal.bits_per_second(), rate);
+  }
+}
+
+TEST(SerialPort, DoesWithoutWhatAPseudoTerminalDoesNotHave) {
+  PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  ASSERT_EQ(port.open(), 0);
+  EXPECT_TRUE(port.send_break());
+}
+
+TEST(SerialPort, WaitsNoLongerThanItsDeadline) {
+  PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  ASSERT_EQ(port.open(), 0);
+  const MonotonicTime before = monotonic_now();
+  EXPECT_EQ(read_for(port, milliseconds(20)), "");
+  EXPECT_GE(monotonic_now() - before, milliseconds(20));
+  EXPECT_EQ(read_for(port, -seconds(1)), "");
+}
+
+TEST(SerialPort, SaysThatItHasGone) {
+  auto terminal = std::make_unique<PseudoTerminal>("");
+  SerialPort port(terminal->path());
+  ASSERT_EQ(port.open(), 0);
+  terminal.reset();
+  EXPECT_EQ(read_for(port, seconds(1)), "gone");
+  EXPECT_FALSE(port.write(as_bytes("x")));
+}
+
+TEST(SerialPort, IsForOneProgramOnly) {
+  PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  SerialPort second(terminal.path());
+  ASSERT_EQ(port.open(), 0);
+  EXPECT_EQ(second.open(), EBUSY);
+  port.close();
+  EXPECT_EQ(second.open(), 0);
+}
+
+TEST(SerialPort, SaysWhyItCannotBeOpened) {
+  EXPECT_EQ(SerialPort("/dev/serial/by-id/usb-nothing-like-this").open(), ENOENT);
+  EXPECT_EQ(SerialPort("/dev/null").open(), ENOTTY);
+  EXPECT_NE(describe_open_error(ENOENT).find("plug in the cable"), std::string_view::npos);
+  EXPECT_NE(describe_open_error(EACCES).find("dialout"), std::string_view::npos);
+  EXPECT_NE(describe_open_error(EBUSY).find("another program"), std::string_view::npos);
+}
+
+/// The emulated Aurora behind a pseudo-terminal, in a process of its own; its truth comes through a file.
+class EmulatorProcess {
+ public:
+  EmulatorProcess(const fs::path& folder, aurora::emulator::DeviceSettings settings)
+      : path((folder / "tty").string()), truth(folder / "truth") {
+    child_ = ::fork();
+    if (child_ == 0) {
+      run(std::move(settings));
+    }
+    while (!fs::exists(path)) {
+      ::usleep(1000);
+    }
+  }
+  ~EmulatorProcess() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+  }
+  EmulatorProcess(const EmulatorProcess&) = delete;
+  EmulatorProcess& operator=(const EmulatorProcess&) = delete;
+
+  std::string path;
+  fs::path truth;
+
+ private:
+  [[noreturn]] void run(aurora::emulator::DeviceSettings settings) const {
+    aurora::emulator::Device device(
+        settings,
+        [](std::uint64_t, MonotonicTime time) {
+          aurora::emulator::MeasuredCoils coils;
+          for (int sensor = 1; sensor <= 5; ++sensor) {
+            coils[static_cast<std::size_t>(sensor - 1)] = aurora::circling_coil(sensor, time);
+          }
+          return coils;
+        },
+        monotonic_now());
+    std::ofstream out(truth, std::ios::binary);
+    device.measurements().on_measurement = [&](const aurora::emulator::Measurement& measurement) {
+      out << measurement.frame << ' ' << to_ns(measurement.time) << std::endl;
+    };
+    aurora::emulator::SerialFront front(device, path, "");
+    for (;;) {
+      front.step();
+    }
+  }
+
+  pid_t child_ = -1;
+};
+
+RoomDescription five_coils() {
+  InstrumentDescription catheter;
+  for (int sensor = 1; sensor <= 5; ++sensor) {
+    catheter.coils.push_back({sensor, 10.0 * sensor, false, (sensor + 1) / 2, (sensor + 1) % 2});
+  }
+  RoomDescription room;
+  room.instruments = {catheter};
+  return room;
+}
+
+DriverSettings settings_with(const std::map<std::string, SettingValue>& given) {
+  std::map<std::string, SettingValue> values;
+  for (const SettingDescription& setting : aurora_serial_settings()) {
+    values[setting.name] = setting.default_value;
+  }
+  for (const auto& [name, value] : given) {
+    values[name] = value;
+  }
+  return DriverSettings(values);
+}
+
+class AuroraSerialDriver : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("aurora_serial_test." + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    device.durations.reset = milliseconds(50);
+    device.durations.tstart = milliseconds(50);
+    device.durations.tstop = milliseconds(20);
+    device.durations.pinit = milliseconds(20);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  bool read_until_frame(EmSource& source, std::chrono::nanoseconds longest = seconds(10)) {
+    const MonotonicTime end = monotonic_now() + longest;
+    while (monotonic_now() < end) {
+      const ReadOutcome outcome = source.read(frame, monotonic_now() + milliseconds(50));
+      if (outcome == ReadOutcome::kFrame) {
+        return true;
+      }
+      if (outcome == ReadOutcome::kLost) {
+        source.close();
+        why = source.open().why;
+        source.open();
+      }
+    }
+    return false;
+  }
+
+  fs::path folder;
+  aurora::emulator::DeviceSettings device;
+  EmFrame frame;
+  std::string why;
+};
+
+TEST_F(AuroraSerialDriver, MeasuresFiveCoilsThroughAPseudoTerminal) {
+  EmulatorProcess emulator(folder, device);
+  const auto source = make_aurora_serial_em_source(five_coils(), settings_with({}), emulator.path);
+  ASSERT_TRUE(source->open().ok);
+  ASSERT_TRUE(read_until_frame(*source));
+  EXPECT_EQ(frame.coil_count, 5);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(frame.coils[static_cast<std::size_t>(i)].status, CoilStatus::kOk);
+  }
+  EXPECT_EQ(frame.origin, Origin::kDevice);
+  source->close();
+}
+
+TEST_F(AuroraSerialDriver, SaysOnceThatThePortIsNotThereAndThenFindsIt) {
+  const auto source =
+      make_aurora_serial_em_source(five_coils(), settings_with({}), (folder / "tty").string());
+  const OpenResult first = source->open();
+  EXPECT_FALSE(first.ok);
+  EXPECT_NE(first.why.find("is not there"), std::string::npos) << first.why;
+  EXPECT_TRUE(source->open().ok);
+  EXPECT_EQ(source->read(frame, monotonic_now() + milliseconds(20)), ReadOutcome::kTimeout);
+  EmulatorProcess emulator(folder, device);
+  EXPECT_TRUE(read_until_frame(*source));
+}
+
+TEST_F(AuroraSerialDriver, ComesBackWhenTheCableWasPulled) {
+  auto emulator = std::make_unique<EmulatorProcess>(folder, device);
+  const auto source = make_aurora_serial_em_source(
+      five_coils(), settings_with({{"trace_folder", folder.string()}}), emulator->path);
+  source->open();
+  ASSERT_TRUE(read_until_frame(*source));
+  const std::string path = emulator->path;
+  emulator.reset();
+  fs::remove(path);
+  ReadOutcome outcome = ReadOutcome::kFrame;
+  for (int i = 0; i < 100 && outcome != ReadOutcome::kLost; ++i) {
+    outcome = source->read(frame, monotonic_now() + milliseconds(50));
+  }
+  ASSERT_EQ(outcome, ReadOutcome::kLost);
+  source->close();
+  EXPECT_NE(source->open().why.find("has gone"), std::string::npos);
+  source->close();
+  source->open();
+  emulator = std::make_unique<EmulatorProcess>(folder, device);
+  EXPECT_TRUE(read_until_frame(*source));
+  EXPECT_TRUE(fs::exists(folder / "aurora-serial-1.log"));
+}
+
+TEST_F(AuroraSerialDriver, NamesAMissingCoilOnceAndGoesOnWithTheOthers) {
+  EmulatorProcess emulator(folder, device);
+  RoomDescription room = five_coils();
+  room.instruments[0].coils[4].port = 7;
+  const auto source = make_aurora_serial_em_source(room, settings_with({}), emulator.path);
+  ASSERT_TRUE(source->open().ok);
+  ASSERT_TRUE(read_until_frame(*source));
+  EXPECT_NE(why.find("sensor 5 (port 7 channel 0)"), std::string::npos) << why;
+  EXPECT_EQ(frame.coils[0].status, CoilStatus::kOk);
+  EXPECT_EQ(frame.coils[4].status, CoilStatus::kDisabled);
+}
+
+TEST_F(AuroraSerialDriver, WritesTheTraceWhenAskedTo) {
+  EmulatorProcess emulator(folder, device);
+  const auto source = make_aurora_serial_em_source(
+      five_coils(), settings_with({{"trace_folder", folder.string()}}), emulator.path);
+  source->open();
+  ASSERT_TRUE(read_until_frame(*source));
+  std::ofstream(folder / "aurora-serial-request").put('\n');
+  const fs::path log = folder / "aurora-serial-request.log";
+  for (int i = 0; i < 100 && !fs::exists(log); ++i) {
+    read_until_frame(*source);
+  }
+  std::ifstream stream(log, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const auto read = aurora::parse_wire_log(text);
+  ASSERT_TRUE(std::holds_alternative<aurora::WireLog>(read));
+  EXPECT_GT(std::get<aurora::WireLog>(read).entries.size(), 30U);
+  EXPECT_FALSE(fs::exists(folder / "aurora-serial-request"));
+}
+
+TEST_F(AuroraSerialDriver, RefusesAToolDefinitionThatIsNone) {
+  std::ofstream(folder / "port-3.rom").flush();
+  EXPECT_THROW(
+      make_aurora_serial_em_source(five_coils(), settings_with({{"tool_folder", folder.string()}}), "/dev/x"),
+      std::runtime_error);
+}
+
+}  // namespace
+}  // namespace tubed
