@@ -94,10 +94,10 @@ CLI::App* add_reconstruct(CLI::App& app, int& exit_code) {
   CLI::App* verb =
       app.add_subcommand("reconstruct", "Estimate the shape at every instant of a sequence folder, offline");
   verb->add_option("SEQUENCE", options->sequence, "sequence folder, format 1")->required();
-  verb->add_option(
-          "--mode", options->mode,
-          "em: coils only; joint: coils and images of each instant; filter: with what was known before")
-      ->check(CLI::IsMember({"em", "joint", "filter"}))
+  verb->add_option("--mode", options->mode,
+                   "em: coils only; paper: as published; joint: coils and images of each instant; filter: "
+                   "with what was known before")
+      ->check(CLI::IsMember({"em", "paper", "joint", "filter"}))
       ->capture_default_str();
   verb->add_option("--out", options->out, "estimates, CSV: frame, s_mm, position, sigma, validity")
       ->capture_default_str();

@@ -4,17 +4,20 @@
 #include <optional>
 #include <string_view>
 
+#include "daemon/estimator/paper_settings.hpp"
+
 namespace tubed {
 
 enum class EstimatorMode {
   kEm,      ///< EM coils only: weighted MAP of Eq. (14)
+  kPaper,   ///< the method of Tran et al. as printed where it can be: for comparison
   kJoint,   ///< EM and image lines in one MAP a frame
   kFilter,  ///< recursive: what was known before, moved on, with EM and image lines of now
 };
 
 std::string_view name_of(EstimatorMode mode);
 
-/// The mode of that name, "em", "joint" or "filter"; nothing for another word.
+/// The mode of that name, "em", "paper", "joint" or "filter"; nothing for another word.
 std::optional<EstimatorMode> mode_named(std::string_view name);
 
 struct EstimatorSettings {
@@ -30,6 +33,7 @@ struct EstimatorSettings {
   double em_stale_ms = 150;  ///< age of the newest EM measurement from which on EM_STALE is said
   double em_stuck_ms = 150;  ///< bit-equal values for as long are EM_STUCK
   int iterations = 8;        ///< at most, of Gauss-Newton
+  PaperSettings paper;       ///< of mode "paper" alone
 };
 
 }  // namespace tubed

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/paper_estimator.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
 #include "daemon/estimator/single_frame_estimator.hpp"
 
@@ -11,6 +12,8 @@ std::string_view name_of(EstimatorMode mode) {
   switch (mode) {
     case EstimatorMode::kEm:
       return "em";
+    case EstimatorMode::kPaper:
+      return "paper";
     case EstimatorMode::kJoint:
       return "joint";
     case EstimatorMode::kFilter:
@@ -20,7 +23,8 @@ std::string_view name_of(EstimatorMode mode) {
 }
 
 std::optional<EstimatorMode> mode_named(std::string_view name) {
-  for (const EstimatorMode mode : {EstimatorMode::kEm, EstimatorMode::kJoint, EstimatorMode::kFilter}) {
+  for (const EstimatorMode mode :
+       {EstimatorMode::kEm, EstimatorMode::kPaper, EstimatorMode::kJoint, EstimatorMode::kFilter}) {
     if (name == name_of(mode)) {
       return mode;
     }
@@ -37,6 +41,9 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
   }
   if (settings.mode == EstimatorMode::kFilter) {
     return std::make_unique<RecursiveEstimator>(settings, instrument, room);
+  }
+  if (settings.mode == EstimatorMode::kPaper) {
+    return std::make_unique<PaperEstimator>(settings, instrument, room);
   }
   return std::make_unique<SingleFrameEstimator>(settings, instrument, room);
 }

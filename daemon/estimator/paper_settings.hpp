@@ -1,0 +1,50 @@
+// Options of mode "paper": what the equations leave open, and each place where the default departs from their
+// print. The effect of each is in daemon/estimator/paper_mode.md.
+#pragma once
+
+namespace tubed {
+
+/// Weights of the terms of Eq. (12) and (14).
+enum class PaperWeights {
+  kConsistent,  ///< each term divided by the variance of what it measures
+  kPrinted,     ///< all 1, whatever the unit
+};
+
+/// The sum over lengths of Eq. (12) in the depth-only step of Sec. 2.2.3.
+enum class PaperDepthLengths {
+  kLeftOut,  ///< what the image changed of the length in its plane is not made good in depth
+  kPrinted,
+};
+
+/// Where the search of Eq. (18) begins.
+enum class PaperMleStart {
+  kLines,  ///< at the ridge that correspondence lines find around the projection of the EM shape
+  kEm,     ///< at the projection of the EM shape
+};
+
+/// What holds knot points that no pixel holds.
+enum class PaperMlePrior {
+  kEmError,  ///< they move as errors of the coils do: little, and with their neighbours
+  kNone,     ///< nothing
+};
+
+/// epsilon of Eq. (17) during one search.
+enum class PaperHeaviside {
+  kNarrowing,  ///< wide first, heaviside_px at last
+  kFixed,      ///< heaviside_px
+};
+
+struct PaperSettings {
+  int knot_point_count = 20;  ///< Sec. 3.4; 4 .. 48
+  PaperWeights weights = PaperWeights::kConsistent;
+  double sigma_length_mm = 0.2;  ///< of the length between two coils
+  PaperDepthLengths depth_lengths = PaperDepthLengths::kLeftOut;
+  PaperMleStart mle_start = PaperMleStart::kLines;
+  PaperMlePrior mle_prior = PaperMlePrior::kEmError;
+  PaperHeaviside heaviside = PaperHeaviside::kNarrowing;
+  double heaviside_px = 1.5;       ///< epsilon of Eq. (17)
+  double appearance_share = 0.05;  ///< of a trusted image in the appearance model; 0: never adapts
+  int rounds = 6;                  ///< of MLE and depth-only MAP, at most
+};
+
+}  // namespace tubed
