@@ -26,6 +26,10 @@ std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Prob
 SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
                            const std::vector<DriverDescription>& available, Problems& problems);
 
+/// Where the EM driver tells coils apart by their ports, every coil has to say its port.
+void check_coil_ports(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                      Problems& problems);
+
 /// What is allowed but unusual: sources of different origin, two instruments on one sensor, tables nobody
 /// uses.
 Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>& available);

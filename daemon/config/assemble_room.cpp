@@ -43,6 +43,8 @@ CoilPlacement coil_placement(const CheckedTable& table) {
   coil.sensor = static_cast<int>(table.get<std::int64_t>("sensor"));
   coil.offset_from_tip_mm = table.get<double>("offset_from_tip_mm");
   coil.flipped = table.get<bool>("flipped");
+  coil.port = table.has("port") ? static_cast<int>(table.get<std::int64_t>("port")) : 0;
+  coil.channel = table.has("channel") ? static_cast<int>(table.get<std::int64_t>("channel")) : 0;
   return coil;
 }
 
@@ -74,6 +76,38 @@ void check_sensors(const CheckedTable& instrument, Problems& problems) {
       problems.push_back({coil.at("sensor").position, coil.path_of("sensor"),
                           "sensor " + std::to_string(coil.get<std::int64_t>("sensor")) +
                               " is used twice in this instrument; expected each sensor once"});
+    }
+  }
+}
+
+// Two instruments may share a sensor; then both have to say the same plug, or one of them none.
+void check_plugs(const CheckedTable& file, Problems& problems) {
+  std::map<std::int64_t, CoilPlacement> of_sensor;
+  std::map<std::pair<int, int>, int> of_plug;
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    for (const CheckedTable& table : instrument.many("coil")) {
+      const CoilPlacement coil = coil_placement(table);
+      if (coil.port == 0) {
+        if (table.has("channel")) {
+          problems.push_back({table.at("channel").position, table.path_of("channel"),
+                              "means nothing without port: expected both or neither"});
+        }
+        continue;
+      }
+      const auto [first, is_new] = of_sensor.emplace(coil.sensor, coil);
+      const auto [user, is_free] = of_plug.emplace(std::pair(coil.port, coil.channel), coil.sensor);
+      const std::string plug =
+          "port " + std::to_string(coil.port) + " channel " + std::to_string(coil.channel);
+      if (!is_free && user->second != coil.sensor) {
+        problems.push_back({table.at("port").position, table.path_of("port"),
+                            plug + " belongs to sensor " + std::to_string(user->second) +
+                                " already; expected each plug once"});
+      } else if (!is_new && (first->second.port != coil.port || first->second.channel != coil.channel)) {
+        problems.push_back({table.at("port").position, table.path_of("port"),
+                            "sensor " + std::to_string(coil.sensor) + " is at port " +
+                                std::to_string(first->second.port) + " channel " +
+                                std::to_string(first->second.channel) + " already, found " + plug});
+      }
     }
   }
 }
@@ -123,6 +157,7 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems) {
   for (const CheckedTable& instrument : file.many("instrument")) {
     room.instruments.push_back(instrument_description(instrument, problems));
   }
+  check_plugs(file, problems);
   check_unique(file.many("camera"), "name", problems);
   check_unique(file.many("instrument"), "id", problems);
   return room;

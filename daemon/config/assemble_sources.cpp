@@ -88,6 +88,10 @@ SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
     return choice;
   }
   choice.driver = driver->name;
+  if (driver->needs_device && choice.device.empty()) {
+    problems.push_back({owner.at("driver").position, owner.path_of("device"),
+                        "missing, " + owner.path_of("driver") + " = \"" + driver->name + "\" requires it"});
+  }
   const CheckedTable& table = file.one(driver->name);
   std::map<std::string, SettingValue> values;
   for (const SettingDescription& setting : driver->settings) {
@@ -101,6 +105,24 @@ SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
   }
   choice.settings = DriverSettings(std::move(values));
   return choice;
+}
+
+void check_coil_ports(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                      Problems& problems) {
+  const CheckedTable& em = file.one("em");
+  const DriverDescription* driver = find_driver(available, em.get<std::string>("driver"));
+  if (!em.has("driver") || driver == nullptr || !driver->finds_coils_by_port) {
+    return;
+  }
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    for (const CheckedTable& coil : instrument.many("coil")) {
+      if (coil.at("port").state == ValueState::kAbsent) {
+        problems.push_back(
+            {coil.position, coil.path_of("port"),
+             "missing, em.driver = \"" + driver->name + "\" tells coils apart by port and channel"});
+      }
+    }
+  }
 }
 
 Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>& available) {

@@ -82,6 +82,7 @@ Configuration parse_configuration(std::string_view text, const std::filesystem::
     configuration.registration_residual_mm = checked.one("em").get<double>("registration_residual_mm");
   }
   configuration.em_source = source_choice(checked, checked.one("em"), available, problems);
+  check_coil_ports(checked, available, problems);
   for (const CheckedTable& camera : checked.many("camera")) {
     configuration.image_sources.push_back(source_choice(checked, camera, available, problems));
   }

@@ -33,6 +33,9 @@ const std::map<std::string, std::string>& examples() {
 /// Optional keys that the sample does give.
 bool is_given(const std::string& path) { return path == "em.T_world_em"; }
 
+/// The sample's sources are all of one driver.
+bool is_used(const TableDescription& driver) { return examples().at("em.driver") == '"' + driver.name + '"'; }
+
 class SampleWriter {
  public:
   std::string text() && { return std::move(text_); }
@@ -41,7 +44,7 @@ class SampleWriter {
     const std::string path = parent.empty() ? table.name : parent + "." + table.name;
     const char* open = table.shape == TableShape::kMany ? "[[" : "[";
     const char* close = table.shape == TableShape::kMany ? "]]" : "]";
-    const bool is_comment = commented || (table.only_when_used && has_required(table));
+    const bool is_comment = commented || (table.only_when_used && !is_used(table));
     text_ += "\n# " + table.meaning + (is_comment ? " (when a source uses it)" : "") + "\n";
     text_ += (is_comment ? "# " : "") + (open + path) + close + "\n";
     for (const KeyDescription& key : table.keys) {
@@ -57,11 +60,6 @@ class SampleWriter {
   }
 
  private:
-  static bool has_required(const TableDescription& table) {
-    return std::any_of(table.keys.begin(), table.keys.end(),
-                       [](const KeyDescription& key) { return key.presence == Presence::kRequired; });
-  }
-
   /// What the key takes; how many CPUs this machine has is no matter of the sample's.
   static std::string takes(const KeyDescription& key) {
     return key.name == "cpus" ? "a list of integers" : expectation(key);
@@ -95,7 +93,8 @@ class SampleWriter {
         } else if (key.name == "offset_from_tip_mm") {
           text_ += std::string("offset_from_tip_mm = ") + offset + "\n";
         } else if (sensor == 1) {
-          text_ += key.name + " = " + to_toml(key.default_value) + "\n";
+          const bool is_comment = key.presence == Presence::kOptional;
+          text_ += (is_comment ? "# " : "") + key.name + " = " + to_toml(key.default_value) + "\n";
         }
       }
     }

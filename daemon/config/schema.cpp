@@ -198,7 +198,11 @@ TableDescription instrument_table() {
                                 "which sensor of the tracker it is, counted from 1")),
                required(real("offset_from_tip_mm", 0, "mm", {0, 2000},
                              "where it sits, along the catheter from the tip")),
-               boolean("flipped", false, "mounted the other way round: its z points away from the tip")}};
+               boolean("flipped", false, "mounted the other way round: its z points away from the tip"),
+               optional(integer("port", 1, "", {1, kMaxTrackerCoils},
+                                "port of the tracker it is plugged in; a tracker with ports requires it")),
+               optional(integer("channel", 0, "", {0, 1},
+                                "which of the two coils of its plug it is; left out = 0"))}};
   KeyDescription mode = optional(mode_key());
   mode.meaning = "mode of this instrument alone; left out = that of [estimator]";
   return {

@@ -1,5 +1,6 @@
 #include "drivers/driver_registry/driver_registry.hpp"
 
+#include "drivers/aurora_serial/aurora_serial_driver.hpp"
 #include "drivers/replay/replay_driver.hpp"
 #include "drivers/simulation/simulation_driver.hpp"
 
@@ -21,6 +22,23 @@ DriverSettings simulation_paths(const SourceContext& context) {
   SourceContext resolved = context;
   resolved.settings = with_resolved_path(context, "control_folder");
   return with_resolved_path(resolved, "vessel");
+}
+
+DriverDescription aurora_serial() {
+  DriverDescription driver{"aurora-serial",
+                           "an NDI Aurora at a serial port, em.device",
+                           Origin::kDevice,
+                           aurora_serial_settings(),
+                           [](const SourceContext& context) {
+                             SourceContext resolved = context;
+                             resolved.settings = with_resolved_path(context, "tool_folder");
+                             return make_aurora_serial_em_source(
+                                 context.room, with_resolved_path(resolved, "trace_folder"), context.device);
+                           },
+                           {}};
+  driver.needs_device = true;
+  driver.finds_coils_by_port = true;
+  return driver;
 }
 
 DriverDescription replay() {
@@ -53,7 +71,7 @@ DriverDescription simulation() {
 }  // namespace
 
 const std::vector<DriverDescription>& drivers() {
-  static const std::vector<DriverDescription> all = {replay(), simulation()};
+  static const std::vector<DriverDescription> all = {aurora_serial(), replay(), simulation()};
   return all;
 }
 

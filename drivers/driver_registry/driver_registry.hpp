@@ -33,6 +33,8 @@ struct DriverDescription {
   std::function<std::unique_ptr<EmSource>(const SourceContext&)> make_em_source;
   /// Empty: the driver has no fluoroscope. `camera_index` counts from 0 in room.cameras.
   std::function<std::unique_ptr<ImageSource>(const SourceContext&, int camera_index)> make_image_source;
+  bool needs_device = false;         ///< "device" of [em] or [[camera]] has to be given
+  bool finds_coils_by_port = false;  ///< every [[instrument.coil]] has to say its port and channel
 };
 
 /// All drivers of this build; made once, at the first call.

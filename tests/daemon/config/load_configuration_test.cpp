@@ -86,6 +86,42 @@ TEST(LoadConfiguration, AllThatIsWrongIsSaidAtOnce) {
   }
 }
 
+TEST(LoadConfiguration, KnowsWhereEveryCoilOfAnAuroraIsPluggedIn) {
+  std::string text = base();
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    text.replace(text.find(old), old.size(), with);
+  };
+  replace("driver = \"simulation\"", "driver = \"aurora-serial\"\ndevice = \"/dev/ttyUSB0\"");
+  replace("offset_from_tip_mm = 10.0", "offset_from_tip_mm = 10.0\nport = 3\nchannel = 1");
+  replace("offset_from_tip_mm = 90.0", "offset_from_tip_mm = 90.0\nport = 3");
+  const Configuration configuration = parse_configuration(text, "aurora.toml");
+  const std::vector<CoilPlacement>& coils = configuration.room.instruments[0].coils;
+  EXPECT_EQ(coils[0].port, 3);
+  EXPECT_EQ(coils[0].channel, 1);
+  EXPECT_EQ(coils[1].port, 3);
+  EXPECT_EQ(coils[1].channel, 0);
+  EXPECT_EQ(configuration.em_source.device, "/dev/ttyUSB0");
+  EXPECT_NE(make_em_source(configuration), nullptr);
+}
+
+TEST(LoadConfiguration, RefusesASensorThatIsAtTwoPorts) {
+  std::string text = base();
+  const std::string first = "offset_from_tip_mm = 10.0";
+  text.replace(text.find(first), first.size(), first + "\nport = 1");
+  text.replace(text.find("[estimator]"), 0,
+               "[[instrument]]\nid = \"cath-2\"\n[[instrument.coil]]\nsensor = 1\noffset_from_tip_mm = "
+               "5.0\nport = 2\n\n");
+  try {
+    parse_configuration(text, "aurora.toml");
+    FAIL() << "was accepted";
+  } catch (const ConfigurationError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("instrument[1].coil[0].port: sensor 1 is at port 1 channel 0 already"),
+        std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(SampleConfiguration, IsTheFileThatIsInstalled) {
   EXPECT_EQ(content_of(fs::path(TUBED_SOURCE_DIR) / "systemd/tubed.toml"), sample_configuration())
       << "make it anew: tubed --sample > systemd/tubed.toml";
