@@ -6,15 +6,21 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <stdexcept>
 
 #include "daemon/config/load_configuration.hpp"
 #include "daemon/config/sample_configuration.hpp"
 #include "daemon/dds_outlet.hpp"
+#include "daemon/memory_lock.hpp"
+#include "daemon/notify_outlet.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/publishing/systemd_notify.hpp"
+#include "daemon/reload.hpp"
 
 namespace {
 
@@ -29,6 +35,7 @@ sigset_t block_signals() {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   return signals;
@@ -58,13 +65,61 @@ tubed::PipelineParts make_parts(const tubed::Configuration& configuration) {
   return parts;
 }
 
+/// Whoever asks for real-time scheduling of a thread does not want it to wait for a page either.
+bool wants_real_time(const tubed::PipelineSettings& settings) {
+  return settings.em_acquisition.fifo_priority > 0 || settings.image_grab.fifo_priority > 0 ||
+         settings.frangi.fifo_priority > 0 || settings.optimizer.fifo_priority > 0 ||
+         settings.publisher.fifo_priority > 0;
+}
+
+void lock_memory_if_wanted(const tubed::PipelineSettings& settings) {
+  if (!wants_real_time(settings)) {
+    return;
+  }
+  const std::string refusal = tubed::lock_memory();
+  if (!refusal.empty() && !settings.scheduling_optional) {
+    throw std::runtime_error(refusal + ", or set scheduling = \"optional\"");
+  }
+  if (!refusal.empty()) {
+    spdlog::warn("{} (going on without)", refusal);
+  }
+}
+
+void reload(tubed::ReloadableConfiguration& configuration, const tubed::SystemdNotify& notify) {
+  notify.reloading(std::chrono::steady_clock::now());
+  const tubed::ReloadOutcome outcome = configuration.reload();
+  for (const std::string& notice : outcome.notices) {
+    spdlog::log(outcome.is_taken ? spdlog::level::warn : spdlog::level::err, "reload: {}", notice);
+  }
+  if (outcome.is_taken) {
+    spdlog::set_level(spdlog::level::from_str(outcome.log_level));
+    spdlog::info("reload: done");
+  }
+  notify.reloaded();
+}
+
+/// Until a signal asks for the end; SIGHUP reads the configuration again.
+int wait_for_the_end(const sigset_t& signals, const tubed::Configuration& configuration,
+                     const tubed::SystemdNotify& notify) {
+  tubed::ReloadableConfiguration reloadable(configuration);
+  int signal = 0;
+  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) {
+    reload(reloadable, notify);
+  }
+  notify.stopping();
+  return signal;
+}
+
 int run_daemon(const tubed::Configuration& configuration) {
   const sigset_t signals = block_signals();
   start_logging(configuration.log_level);
   for (const std::string& warning : configuration.warnings) {
     spdlog::warn("{}", warning);
   }
-  tubed::DdsOutlet outlet(configuration);
+  lock_memory_if_wanted(configuration.pipeline);
+  tubed::DdsOutlet dds(configuration);
+  tubed::SystemdNotify notify;
+  tubed::NotifyOutlet outlet(configuration, notify, dds);
   tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
                            configuration.pipeline, outlet);
   for (const std::string& refusal : pipeline.start()) {
@@ -73,8 +128,7 @@ int run_daemon(const tubed::Configuration& configuration) {
   spdlog::info("tubed {} tracks {} instrument(s) with {} camera(s), configuration {}", TUBED_VERSION,
                configuration.room.instruments.size(), configuration.room.cameras.size(),
                configuration.file.string());
-  int signal = 0;
-  sigwait(&signals, &signal);
+  const int signal = wait_for_the_end(signals, configuration, notify);
   spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
   return 0;
 }
