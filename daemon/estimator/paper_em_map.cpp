@@ -150,6 +150,33 @@ struct DepthResiduals {
   }
 };
 
+/// Of the whitened residuals: 1 with consistent weights; what the printed ones leave of the noise otherwise.
+Eigen::VectorXd variances_of_residuals(const EstimatorSettings& settings, std::size_t coils, int count) {
+  const Weights given = weights_of(settings);
+  EstimatorSettings consistent = settings;
+  consistent.paper.weights = PaperWeights::kConsistent;
+  const Weights noise = weights_of(consistent);
+  const auto share = [](double a, double b) { return a * a / (b * b); };
+  Eigen::VectorXd variances = Eigen::VectorXd::Constant(count, share(given.bending, noise.bending));
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < coils; ++i, row += 6) {
+    variances.segment<3>(row).setConstant(share(given.position, noise.position));
+    variances.segment<3>(row + 3).setConstant(share(given.tangent, noise.tangent));
+  }
+  variances.segment(row, pair_count(coils)).setConstant(share(given.length, noise.length));
+  return variances;
+}
+
+/// Of the solution of a least-squares problem whose residuals have these variances; empty when singular.
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& variances) {
+  const auto factor = (jacobian.transpose() * jacobian).eval().ldlt();
+  if (factor.info() != Eigen::Success || !factor.isPositive()) {
+    return {};
+  }
+  const Eigen::MatrixXd gain = factor.solve(jacobian.transpose());
+  return gain * variances.asDiagonal() * gain.transpose();
+}
+
 ceres::Solver::Options solver_options() {
   ceres::Solver::Options options;
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
@@ -236,14 +263,8 @@ std::optional<PaperEmShape> solve_paper_em_map(const EstimatorSettings& settings
     return std::nullopt;
   }
   PaperEmShape shape{std::move(cubics), nodes, {}, iterations_of(summary), solved(summary)};
-  // Only variances as weights make the inverse a covariance.
-  if (settings.paper.weights == PaperWeights::kConsistent) {
-    const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-    const auto factor = information.ldlt();
-    if (factor.info() == Eigen::Success && factor.isPositive()) {
-      shape.covariance = factor.solve(Eigen::MatrixXd::Identity(x.size(), x.size()));
-    }
-  }
+  shape.covariance =
+      covariance_of(jacobian, variances_of_residuals(settings, ordered.size(), residuals.count()));
   return shape;
 }
 

@@ -16,7 +16,7 @@ namespace tubed {
 struct PaperEmShape {
   GapCubics cubics;
   Eigen::Matrix3Xd nodes;      ///< 3 x 2 m, mm, world: see GapCubics
-  Eigen::MatrixXd covariance;  ///< 6 m x 6 m of nodes, column by column; empty when it is not known
+  Eigen::MatrixXd covariance;  ///< 6 m x 6 m of nodes, column by column; empty when singular
   int iterations = 0;
   bool converged = false;
 

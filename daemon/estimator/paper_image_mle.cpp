@@ -131,7 +131,8 @@ bool PaperImageMle::start_on_lines(const ImageMeasurement& image, const Eigen::M
 
 void PaperImageMle::choose_band(const ImageMeasurement& image, const Eigen::Matrix3Xd& K) {
   project(K);
-  band_.choose_band(image, path_, kBandReach_px, model_);
+  band_.choose_band(image, path_, kBandReach_px, model_,
+                    settings_.paper.hub_end == PaperHubEnd::kGoesOn ? PathEnd::kGoesOn : PathEnd::kCapped);
 }
 
 Eigen::VectorXd PaperImageMle::moved_in_plane(const Eigen::Matrix3Xd& K, const Eigen::Matrix3Xd& K_em) const {

@@ -28,6 +28,12 @@ enum class PaperMlePrior {
   kNone,     ///< nothing
 };
 
+/// What Eq. (16) takes the pixels behind the hub end of the tube's length for.
+enum class PaperHubEnd {
+  kGoesOn,  ///< nothing: the catheter goes on there
+  kCapped,  ///< background
+};
+
 /// epsilon of Eq. (17) during one search.
 enum class PaperHeaviside {
   kNarrowing,  ///< wide first, heaviside_px at last
@@ -41,6 +47,7 @@ struct PaperSettings {
   PaperDepthLengths depth_lengths = PaperDepthLengths::kLeftOut;
   PaperMleStart mle_start = PaperMleStart::kLines;
   PaperMlePrior mle_prior = PaperMlePrior::kEmError;
+  PaperHubEnd hub_end = PaperHubEnd::kGoesOn;
   PaperHeaviside heaviside = PaperHeaviside::kNarrowing;
   double heaviside_px = 1.5;       ///< epsilon of Eq. (17)
   double appearance_share = 0.05;  ///< of a trusted image in the appearance model; 0: never adapts

@@ -28,7 +28,7 @@ double smooth_heaviside_slope(double x, double epsilon) {
 }
 
 void BandLikelihood::choose_band(const ImageMeasurement& image, std::span<const PathVertex> path,
-                                 double reach_px, const AppearanceModel& model) {
+                                 double reach_px, const AppearanceModel& model, PathEnd end) {
   width_ = image.width;
   height_ = image.height;
   nearest_.resize(image.grey.size());
@@ -36,7 +36,8 @@ void BandLikelihood::choose_band(const ImageMeasurement& image, std::span<const 
   pixels_.clear();
   for (std::size_t index = 0; index < nearest_.size(); ++index) {
     const Nearest& nearest = nearest_[index];
-    if (nearest.round == round_) {
+    const bool behind = nearest.segment + 2 == path.size() && nearest.along >= 1;
+    if (nearest.round == round_ && !(behind && end == PathEnd::kGoesOn)) {
       pixels_.push_back({index, static_cast<float>(signed_distance(path, nearest))});
     }
   }

@@ -22,6 +22,12 @@ struct PathVertex {
   double half_width_px = 0;  ///< of the tube's projection there
 };
 
+/// What lies behind the path's last vertex.
+enum class PathEnd {
+  kCapped,  ///< background: the tube ends there
+  kGoesOn,  ///< more tube, which is none of this path's business: no pixel there is asked
+};
+
 /// Derivatives of the log-likelihood by the vertices' places.
 struct BandDerivatives {
   Eigen::Matrix2Xd gradient;  ///< one vertex a column, per px; exact
@@ -41,9 +47,10 @@ struct BandOffset {
 class BandLikelihood {
  public:
   /// Takes as Omega the pixels nearer than `reach_px` to the path's contour (or inside it), with their P_f
-  /// and P_b. Vertices may lie outside the image; those that are not finite are passed over.
+  /// and P_b; behind the last vertex as `end` says. Vertices may lie outside the image; those that are not
+  /// finite are passed over.
   void choose_band(const ImageMeasurement& image, std::span<const PathVertex> path, double reach_px,
-                   const AppearanceModel& model);
+                   const AppearanceModel& model, PathEnd end = PathEnd::kCapped);
 
   /// Asks the model again for the pixels of the band.
   void weigh(const ImageMeasurement& image, const AppearanceModel& model);

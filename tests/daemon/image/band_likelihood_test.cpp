@@ -74,6 +74,18 @@ TEST(BandLikelihood, SignedDistanceIsPositiveInsideAndZeroOnTheContour) {
   EXPECT_GT(band.pixels().size(), 20U * 16);
 }
 
+TEST(BandLikelihood, BehindAnEndThatGoesOnNoPixelIsAsked) {
+  ImageMeasurement image;
+  image.reserve(60, 40);
+  const std::vector<PathVertex> path{{{10, 20}, 3}, {{20, 20}, 3}, {{30, 20}, 3}};
+  BandLikelihood band;
+  band.choose_band(image, path, 5, AppearanceModel{}, PathEnd::kCapped);
+  const std::size_t capped = band.pixels().size();
+  band.choose_band(image, path, 5, AppearanceModel{}, PathEnd::kGoesOn);
+  EXPECT_LT(band.pixels().size(), capped);
+  for (const PixelDistance& pixel : band.pixels()) EXPECT_LT(pixel.index % 60, 30U);
+}
+
 TEST(BandLikelihood, EquationSixteenByHandOnFourPixels) {
   ImageMeasurement image;
   image.reserve(2, 2);
