@@ -1,0 +1,182 @@
+// How accurate: every mode over sequence folders and simulated presets, the paper's Table 1 beside it.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "bench/accuracy/accuracy_report.hpp"
+#include "bench/accuracy/sensitivity.hpp"
+#include "bench/accuracy/settings_by_name.hpp"
+#include "clients/tubectl/offline_reconstruction.hpp"
+#include "clients/tubectl/verbs.hpp"
+
+namespace {
+
+using namespace tubed;
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> sequences;
+  std::vector<std::string> presets;
+  std::vector<int> seeds{1001, 1002, 1003};
+  std::vector<std::string> modes{"em", "paper", "joint", "filter"};
+  std::vector<std::string> options;
+  int every = 3;
+  std::string out = "accuracy";
+  ShapeErrorSettings judged;
+  std::string match = "nearest";
+  bool sensitivity = false;
+  bool in_view_tables = false;
+};
+
+/// One line on a terminal, rewritten.
+void show_progress(const std::string& words, bool done) {
+  static const bool live = isatty(STDERR_FILENO) == 1;
+  if (live) std::cerr << "\r\033[K" << words << (done ? "\n" : "") << std::flush;
+  if (!live && done) std::cerr << words << '\n';
+}
+
+void write_file(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+/// The folder of a preset's run, simulated unless it is there already.
+fs::path simulated(const std::string& preset, int seed, const Arguments& arguments) {
+  const fs::path folder = fs::path(arguments.out) / "sequences" / (preset + "-" + std::to_string(seed));
+  if (fs::exists(folder / "truth.csv")) return folder;
+  fs::create_directories(folder.parent_path());
+  int exit_code = 0;
+  CLI::App app;
+  add_simulate(app, exit_code);
+  std::vector<std::string> words{"--every",  std::to_string(arguments.every),
+                                 "--out",    folder.string(),
+                                 "--seed",   std::to_string(seed),
+                                 "--preset", preset,
+                                 "simulate"};
+  app.parse(words);  // takes its words last one first
+  if (exit_code != 0) throw std::runtime_error("the preset \"" + preset + "\" could not be simulated");
+  return folder;
+}
+
+std::vector<fs::path> folders_of(const Arguments& arguments) {
+  std::vector<fs::path> folders(arguments.sequences.begin(), arguments.sequences.end());
+  for (const std::string& preset : arguments.presets) {
+    for (const int seed : arguments.seeds) folders.push_back(simulated(preset, seed, arguments));
+  }
+  return folders;
+}
+
+SequenceResult run_sequence(const Sequence& sequence, const std::string& name,
+                            const std::vector<Method>& methods, const Arguments& arguments,
+                            const fs::path& out) {
+  SequenceResult result{name, methods, {}, instants_of(sequence).size(), arguments.judged};
+  for (const Method& method : methods) {
+    result.runs.push_back(run_method(
+        sequence, method, arguments.judged, out / (method.name + ".csv"), [&](auto done, auto total) {
+          if (done % 10 == 0 || done == total) {
+            show_progress(
+                name + ": " + method.name + ' ' + std::to_string(done) + " of " + std::to_string(total),
+                done == total);
+          }
+        }));
+  }
+  return result;
+}
+
+void draw(const Sequence& sequence, const SequenceResult& result, const fs::path& out) {
+  std::vector<BoxPair> boxes;
+  for (const ComparedPair& pair : pairs_among(result.methods)) {
+    boxes.push_back({result.methods[pair.em].name, result.methods[pair.fused].name, &result.runs[pair.em].all,
+                     &result.runs[pair.fused].all});
+  }
+  if (!boxes.empty()) write_file(out / "boxes.svg", box_plots(result.name + ": errors, all points", boxes));
+  std::vector<double> t_s;
+  for (const SequenceInstant& instant : instants_of(sequence)) t_s.push_back(instant.t_s);
+  std::vector<ErrorCurve> curves;
+  for (std::size_t i = 0; i < result.methods.size(); ++i) {
+    curves.push_back({result.methods[i].name, &result.runs[i].in_view});
+  }
+  write_file(out / "errors.svg", error_over_time(result.name + ": errors of points in view", t_s, curves));
+}
+
+int run(Arguments arguments) {
+  arguments.judged.match = arguments.match == "arc" ? PointMatch::kArcLength : PointMatch::kNearest;
+  EstimatorSettings settings;
+  for (const std::string& option : arguments.options) apply_option(option, settings);
+  const std::vector<Method> methods = methods_of(arguments.modes, settings);
+  nlohmann::json rows = nlohmann::json::array();
+  nlohmann::json comparisons = nlohmann::json::array();
+  for (const fs::path& folder : folders_of(arguments)) {
+    const Sequence sequence = read_sequence(folder);
+    if (sequence.truth.empty()) throw std::runtime_error(folder.string() + ": has no truth.csv to judge by");
+    const std::string name = fs::weakly_canonical(folder).filename().string();
+    const fs::path out = fs::path(arguments.out) / name;
+    fs::create_directories(out);
+    const SequenceResult result = run_sequence(sequence, name, methods, arguments, out);
+    print_methods(result, std::cout);
+    for (const ComparedPair& pair : pairs_among(methods)) {
+      print_pair(result, pair, arguments.in_view_tables ? JudgedPart::kInView : JudgedPart::kAll, std::cout);
+    }
+    draw(sequence, result, out);
+    const nlohmann::json judged = rows_of(result);
+    rows.insert(rows.end(), judged.begin(), judged.end());
+    const nlohmann::json compared = comparisons_of(result);
+    comparisons.insert(comparisons.end(), compared.begin(), compared.end());
+    if (arguments.sensitivity) {
+      const auto panels = study_sensitivity(sequence, methods, arguments.judged, out / "sensitivity.csv",
+                                            [](const std::string& words) { show_progress(words, true); });
+      write_file(out / "sensitivity.svg",
+                 sensitivity_plots(name + ": points in view, coils measured again from the truth", panels));
+      const nlohmann::json varied = rows_of(name, panels);
+      rows.insert(rows.end(), varied.begin(), varied.end());
+    }
+  }
+  const fs::path json = fs::path(arguments.out) / "accuracy.json";
+  write_file(json, whole_report(rows, comparisons).dump(1) + "\n");
+  std::cout << "figures: " << json.string() << "; plots: " << arguments.out << "/*/{boxes,errors}.svg\n";
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Errors of every mode over sequences with truth, beside the paper's Table 1",
+               "accuracy_bench"};
+  Arguments arguments;
+  app.add_option("SEQUENCE", arguments.sequences, "sequence folders with truth.csv");
+  app.add_option("--preset", arguments.presets, "presets to simulate too: those of `tubectl simulate`")
+      ->delimiter(',');
+  app.add_option("--seeds", arguments.seeds, "of the presets, one run each")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--every", arguments.every, "of the presets: every so many steps")->capture_default_str();
+  app.add_option("--modes", arguments.modes, "modes to compare")->delimiter(',')->capture_default_str();
+  app.add_option("--set", arguments.options,
+                 "a setting of the estimator, KEY=VALUE; --list-settings names them");
+  app.add_option("--s-max", arguments.judged.s_max_mm, "judge from the tip up to this arc length, mm")
+      ->capture_default_str();
+  app.add_option("--match", arguments.match, "partner of a true point")
+      ->check(CLI::IsMember({"nearest", "arc"}))
+      ->capture_default_str();
+  app.add_flag("--in-view", arguments.in_view_tables,
+               "Table 1 over the points inside the image instead of all");
+  app.add_flag("--sensitivity", arguments.sensitivity,
+               "vary coils, noise, registration, rate, views, coefficients");
+  app.add_option("--out", arguments.out, "folder for estimates, plots and JSON")->capture_default_str();
+  app.add_flag_callback("--list-settings", [] {
+    std::cout << settings_help();
+    std::exit(0);
+  });
+  CLI11_PARSE(app, argc, argv);
+  if (arguments.sequences.empty() && arguments.presets.empty()) arguments.presets = {"paper"};
+  try {
+    return run(arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "accuracy_bench: " << error.what() << '\n';
+    return 1;
+  }
+}

@@ -1,0 +1,217 @@
+#include "bench/accuracy/sensitivity.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+#include "clients/tubectl/offline_reconstruction.hpp"
+#include "clients/tubectl/statistics.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kTangentBase_mm = 1.0;  // half the chord that gives a coil's direction
+constexpr double kAngleOfLambda =
+    0.0523598776 / 4;  // rad per mm: noise grows as in the paper, 3 deg with 4 mm
+
+Eigen::Vector3d random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+/// Truth at s, linear between its millimetres; continued straight beyond its ends.
+Eigen::Vector3d true_point(const Eigen::Matrix3Xd& truth_mm, double s_mm) {
+  const double place = std::clamp(s_mm, 0.0, static_cast<double>(truth_mm.cols() - 1));
+  const auto before = std::min(static_cast<Eigen::Index>(place), truth_mm.cols() - 2);
+  const double t = s_mm - static_cast<double>(before);
+  return (1 - t) * truth_mm.col(before) + t * truth_mm.col(before + 1);
+}
+
+CoilSample measured(const Eigen::Matrix3Xd& truth_mm, double s_mm, const CoilStudy& study,
+                    const RigidTransform& T_em_world, std::mt19937_64& random) {
+  const Eigen::Vector3d tangent =
+      (true_point(truth_mm, s_mm - kTangentBase_mm) - true_point(truth_mm, s_mm + kTangentBase_mm))
+          .normalized();
+  const Eigen::Vector3d across = tangent.cross(random_direction(random)).normalized();
+  CoilSample sample;
+  sample.status = CoilStatus::kOk;
+  sample.p_em_mm =
+      T_em_world * (true_point(truth_mm, s_mm) + study.lambda_mm * random_direction(random)).eval();
+  sample.tangent_em = T_em_world.linear() * (Eigen::AngleAxisd(study.psi_rad, across) * tangent);
+  return sample;
+}
+
+std::vector<double> evenly(std::size_t coils) {
+  std::vector<double> offsets_mm;
+  for (std::size_t i = 0; i < coils; ++i) {
+    offsets_mm.push_back(10 + 360 * static_cast<double>(i) / static_cast<double>(coils - 1));
+  }
+  return offsets_mm;
+}
+
+/// One value of one study.
+struct Variant {
+  double value;
+  Sequence sequence;
+  std::function<void(EstimatorSettings&)> change = [](EstimatorSettings&) {};
+};
+
+struct Study {
+  std::string varied;
+  std::vector<Variant> variants;
+};
+
+void expect_noise(EstimatorSettings& settings, double lambda_mm, double psi_rad) {
+  settings.sigma_position_mm = std::max(lambda_mm / std::sqrt(3.0), 0.05);
+  settings.sigma_tangent = std::max(psi_rad / std::sqrt(3.0), 0.002);
+}
+
+Study coil_study(const Sequence& sequence) {
+  Study study{"number of coils", {}};
+  for (const std::size_t coils : {3, 4, 5, 7, 10}) {
+    CoilStudy coil;
+    coil.offsets_mm = evenly(coils);
+    study.variants.push_back({static_cast<double>(coils), measured_again(sequence, coil)});
+  }
+  return study;
+}
+
+Study noise_study(const Sequence& sequence) {
+  Study study{"noise amplitude, mm (3 deg with 4 mm)", {}};
+  for (const double lambda_mm : {0.5, 1.0, 2.0, 4.0, 6.0, 8.0}) {
+    CoilStudy coil;
+    coil.lambda_mm = lambda_mm;
+    coil.psi_rad = lambda_mm * kAngleOfLambda;
+    study.variants.push_back({lambda_mm, measured_again(sequence, coil), [=](EstimatorSettings& settings) {
+                                expect_noise(settings, lambda_mm, coil.psi_rad);
+                              }});
+  }
+  return study;
+}
+
+Study registration_study(const Sequence& sequence) {
+  Study study{"registration error, mm", {}};
+  for (const double error_mm : {0.0, 1.0, 2.0, 4.0}) {
+    study.variants.push_back({error_mm, misregistered(measured_again(sequence, {}), error_mm, 1)});
+  }
+  return study;
+}
+
+Study rate_study(const Sequence& sequence) {
+  Study study{"instants left out between two", {}};
+  for (const std::size_t step : {1, 2, 4, 8}) {
+    study.variants.push_back({static_cast<double>(step - 1), thinned(measured_again(sequence, {}), step)});
+  }
+  return study;
+}
+
+Study second_view_study(const Sequence& sequence) {
+  Study study{"second view in one of so many of its instants (0: never)", {}};
+  for (const std::size_t step : {0, 1, 2, 4}) {
+    study.variants.push_back(
+        {static_cast<double>(step), with_second_view_every(measured_again(sequence, {}), step)});
+  }
+  return study;
+}
+
+Study coefficient_study(const Sequence& sequence) {
+  Study study{"coefficients (paper: knot points)", {}};
+  for (const int count : {12, 16, 20, 26, 33, 40}) {
+    study.variants.push_back(
+        {static_cast<double>(count), measured_again(sequence, {}), [=](EstimatorSettings& settings) {
+           settings.coefficient_count = count;
+           settings.paper.knot_point_count = count;
+         }});
+  }
+  return study;
+}
+
+std::vector<Study> studies_of(const Sequence& sequence) {
+  std::vector<Study> studies{coil_study(sequence), noise_study(sequence), registration_study(sequence),
+                             rate_study(sequence)};
+  if (sequence.room.cameras.size() > 1) studies.push_back(second_view_study(sequence));
+  studies.push_back(coefficient_study(sequence));
+  return studies;
+}
+
+}  // namespace
+
+Sequence measured_again(const Sequence& sequence, const CoilStudy& study) {
+  if (sequence.truth.empty()) throw std::runtime_error(sequence.folder.string() + ": has no truth.csv");
+  Sequence again = sequence;
+  again.measurements.clear();
+  std::vector<CoilPlacement>& coils = again.room.instruments.front().coils;
+  coils.clear();
+  for (const double offset_mm : study.offsets_mm) {
+    coils.push_back({static_cast<int>(coils.size()) + 1, offset_mm, false});
+  }
+  const RigidTransform T_em_world = sequence.room.T_world_em.inverse();
+  std::mt19937_64 random(study.seed);
+  for (const SequenceInstant& instant : instants_of(sequence)) {
+    const SequenceTruth* truth = find_truth(sequence, instant.frame);
+    if (truth == nullptr || truth->points_world_mm.cols() < 2) continue;
+    SequenceMeasurement& measurement = again.measurements.emplace_back();
+    measurement.t_s = instant.t_s;
+    measurement.em_frame = static_cast<std::uint32_t>(again.measurements.size());
+    measurement.coil_count = static_cast<int>(study.offsets_mm.size());
+    for (std::size_t i = 0; i < study.offsets_mm.size(); ++i) {
+      measurement.coils[i] = measured(truth->points_world_mm, study.offsets_mm[i], study, T_em_world, random);
+    }
+  }
+  return again;
+}
+
+Sequence misregistered(Sequence sequence, double error_mm, unsigned seed) {
+  std::mt19937_64 random(seed);
+  sequence.room.T_world_em.pretranslate(error_mm * random_direction(random));
+  return sequence;
+}
+
+Sequence thinned(const Sequence& sequence, std::size_t step) {
+  Sequence thin = sequence;
+  thin.frames.clear();
+  const std::vector<SequenceInstant> instants = instants_of(sequence);
+  for (std::size_t i = 0; i < instants.size(); i += step) {
+    for (const std::size_t row : instants[i].rows) thin.frames.push_back(sequence.frames[row]);
+  }
+  return thin;
+}
+
+Sequence with_second_view_every(Sequence sequence, std::size_t step) {
+  std::size_t seen = 0;
+  for (SequenceFrame& frame : sequence.frames) {
+    if (frame.camera > 0 && (step == 0 || seen++ % step != 0)) frame.file.clear();
+  }
+  return sequence;
+}
+
+std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const std::vector<Method>& methods,
+                                                const ShapeErrorSettings& judged,
+                                                const std::filesystem::path& scratch,
+                                                const OnStudy& on_study) {
+  std::vector<SensitivityPanel> panels;
+  for (const Study& study : studies_of(sequence)) {
+    SensitivityPanel& panel = panels.emplace_back(SensitivityPanel{study.varied, {}});
+    for (const Method& method : methods) {
+      if (method.images_withheld) continue;
+      SensitivityCurve& curve = panel.curves.emplace_back(SensitivityCurve{method.name, {}, {}});
+      for (const Variant& variant : study.variants) {
+        on_study(study.varied + " = " + std::to_string(variant.value) + ", " + method.name);
+        Method changed = method;
+        variant.change(changed.settings);
+        const MethodRun run = run_method(variant.sequence, changed, judged, scratch, [](auto, auto) {});
+        const std::vector<double> rms = run.in_view.values_mm(kMetrics[1]);
+        if (rms.empty()) continue;
+        curve.values.push_back(variant.value);
+        curve.error_mm.push_back(quantile(rms, 0.5));
+      }
+    }
+  }
+  return panels;
+}
+
+}  // namespace tubed
