@@ -19,7 +19,7 @@
 #include "drivers/interface/monotonic_clock.hpp"
 #include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
 #include "drivers/simulation/aurora_emulator/serial_front.hpp"
-#include "tests/drivers/aurora_serial/emulated_line.hpp"
+#include "tests/drivers/aurora_serial/session_bench.hpp"
 
 namespace tubed {
 namespace {
@@ -223,6 +223,46 @@ TEST_F(AuroraSerialDriver, MeasuresFiveCoilsThroughAPseudoTerminal) {
   }
   EXPECT_EQ(frame.origin, Origin::kDevice);
   source->close();
+}
+
+std::map<std::uint32_t, MonotonicTime> truth_of(const fs::path& file) {
+  std::map<std::uint32_t, MonotonicTime> times;
+  std::ifstream in(file);
+  std::uint32_t number = 0;
+  std::int64_t ns = 0;
+  while (in >> number >> ns) {
+    times[number] = from_ns(ns);
+  }
+  return times;
+}
+
+// Real time on a machine that others use as well: the figures are printed, what is demanded is what any
+// machine does, and that the fit is better than arrival times in the same run.
+TEST_F(AuroraSerialDriver, MeasuresWhenTheTrackerMeasuredNotWhenTheReplyCame) {
+  EmulatorProcess emulator(folder, device);
+  const auto source = make_aurora_serial_em_source(five_coils(), settings_with({}), emulator.path);
+  source->open();
+  ASSERT_TRUE(read_until_frame(*source));
+  std::vector<EmFrame> frames;
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(read_until_frame(*source));
+    frames.push_back(frame);
+  }
+  const double rate_hz = 199 / seconds_between(frames.front().received, frames.back().received);
+  const auto truth = truth_of(emulator.truth);
+  std::vector<double> fitted_ms;
+  std::vector<double> arrived_ms;
+  for (const EmFrame& seen : frames) {
+    fitted_ms.push_back(1e3 * seconds_between(truth.at(seen.tracker_frame), seen.measured));
+    arrived_ms.push_back(1e3 * seconds_between(truth.at(seen.tracker_frame), seen.received));
+  }
+  const double fitted_p95_ms = aurora::percentile_of_absolute(fitted_ms, 0.95);
+  const double arrived_p95_ms = aurora::percentile_of_absolute(arrived_ms, 0.95);
+  std::printf("rate %.2f Hz; error of times: fitted p50 %.3f p95 %.3f ms, arrival p50 %.3f p95 %.3f ms\n",
+              rate_hz, aurora::percentile_of_absolute(fitted_ms, 0.5), fitted_p95_ms,
+              aurora::percentile_of_absolute(arrived_ms, 0.5), arrived_p95_ms);
+  EXPECT_GT(rate_hz, 30);
+  EXPECT_LT(fitted_p95_ms, arrived_p95_ms / 4);
 }
 
 TEST_F(AuroraSerialDriver, SaysOnceThatThePortIsNotThereAndThenFindsIt) {
