@@ -10,7 +10,8 @@ namespace tubed {
 namespace {
 
 constexpr double kStencilVariance = 0.2;  // what the 3 x 3 second-derivative stencil adds to sigma^2
-constexpr double kKernelReach = 4.0;      // Gaussian cut at 4 sigma
+constexpr double kKernelReach = 3.3;      // Gaussian cut at 3.3 sigma
+constexpr double kCoarsestInteger = 2.5;  // px; beyond, second derivatives drown in the rounding of 16 bits
 constexpr float kLog2E = 1.44269504F;
 
 // What is streamed at once, so that source and maps of a block stay in the second-level cache for all scales.
@@ -25,12 +26,12 @@ int reach_of(double sigma_px) {
   return std::max(1, static_cast<int>(std::ceil(kKernelReach * smoothing_sigma(sigma_px))));
 }
 
+// From the centre outwards; their sum over all pixels is 1.
 std::vector<float> gaussian_weights(double sigma_px) {
   const double sigma = smoothing_sigma(sigma_px);
-  const int reach = reach_of(sigma_px);
   std::vector<double> weights;
   double sum = 0;
-  for (int i = 0; i <= reach; ++i) {
+  for (int i = 0; i <= reach_of(sigma_px); ++i) {
     weights.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
     sum += (i == 0 ? 1 : 2) * weights.back();
   }
@@ -52,6 +53,10 @@ std::vector<std::uint16_t> pair_weights(const std::vector<float>& weights) {
   }
   pairs[0] = static_cast<std::uint16_t>(std::max(left, 0));
   return pairs;
+}
+
+bool suits_integers(double sigma_px, FrangiSmoothing smoothing) {
+  return smoothing == FrangiSmoothing::kInteger16 && sigma_px <= kCoarsestInteger;
 }
 
 int greatest_reach(const std::vector<double>& scales_px) {
@@ -132,10 +137,14 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
       polarity_(settings.polarity == RidgePolarity::kDark ? 1.0F : -1.0F),
       per_blob_(static_cast<float>(-0.5 / (settings.beta * settings.beta)) * kLog2E),
       fixed_c_(settings.structureness > 0),
-      integers_configured_(settings.smoothing == FrangiSmoothing::kInteger16),
+      any_integer_scale_(
+          std::any_of(settings.scales_px.begin(), settings.scales_px.end(),
+                      [&](double sigma) { return suits_integers(sigma, settings.smoothing); })),
+      any_float_scale_(!std::all_of(settings.scales_px.begin(), settings.scales_px.end(),
+                                    [&](double sigma) { return suits_integers(sigma, settings.smoothing); })),
       margin_(greatest_reach(settings.scales_px) + 1),
       source_(width, height, margin_),
-      source_words_(width, integers_configured_ ? height : 1, margin_),
+      source_words_(width, any_integer_scale_ ? height : 1, margin_),
       between_(width, 1, margin_),
       between_words_(width, 1, margin_),
       smoothed_(width, height + 2, margin_),
@@ -143,8 +152,8 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
       word_rows_(rows_.size()) {
   for (const double sigma : settings.scales_px) {
     const std::vector<float> weights = gaussian_weights(sigma);
-    scales_.push_back({static_cast<float>(sigma), reach_of(sigma), weights, pair_weights(weights),
-                       static_cast<float>(settings.structureness)});
+    scales_.push_back({static_cast<float>(sigma), reach_of(sigma), suits_integers(sigma, settings.smoothing),
+                       weights, pair_weights(weights), static_cast<float>(settings.structureness)});
   }
 }
 
@@ -158,7 +167,7 @@ PixelRectangle FrangiFilter::usable(const PixelRectangle& tile) const {
 }
 
 ResponseScale FrangiFilter::response_of(const Scale& scale) const {
-  const float gain = integers_ ? static_cast<float>(1 << shift_) : 1.0F;
+  const float gain = in_integers(scale) ? static_cast<float>(1 << shift_) : 1.0F;
   return {.sigma_px = scale.sigma_px,
           .variance = polarity_ * scale.sigma_px * scale.sigma_px / gain,
           .per_blob = per_blob_,
@@ -188,7 +197,7 @@ void FrangiFilter::load_words(std::span<const Pixel> grey, const PixelRectangle&
 
 // 16-bit pixels are shifted up as far as the image allows: detectors of 12 bits use all 16 of the smoothing.
 void FrangiFilter::choose_gain(const GreyPixels& grey) {
-  integers_ = integers_configured_ && !std::holds_alternative<std::span<const float>>(grey.depths());
+  integer_image_ = !std::holds_alternative<std::span<const float>>(grey.depths());
   shift_ = 8;
   if (const auto* words = std::get_if<std::span<const std::uint16_t>>(&grey.depths())) {
     shift_ = std::min(std::countl_zero(static_cast<std::uint16_t>(bits_in_use(*words))), 15);
@@ -203,11 +212,13 @@ void FrangiFilter::load(const GreyPixels& grey, const PixelRectangle& part) {
       [&](const auto& pixels) {
         using Pixel = std::remove_const_t<typename std::decay_t<decltype(pixels)>::element_type>;
         if constexpr (!std::is_same_v<Pixel, float>) {
-          if (integers_) {
-            return load_words<Pixel>(pixels, read);
+          if (any_integer_scale_) {
+            load_words<Pixel>(pixels, read);
           }
         }
-        load_floats<Pixel>(pixels, read);
+        if (any_float_scale_ || !integer_image_) {
+          load_floats<Pixel>(pixels, read);
+        }
       },
       grey.depths());
 }
@@ -216,15 +227,16 @@ void FrangiFilter::load(const GreyPixels& grey, const PixelRectangle& part) {
 void FrangiFilter::smooth(const Scale& scale, int y, int begin, int end, float* out) {
   const GaussianTaps taps{scale.reach, scale.weights.data(), scale.pairs.data()};
   const auto rows = static_cast<std::size_t>(2 * scale.reach + 1);
+  const bool integers = in_integers(scale);
   for (std::size_t i = 0; i < rows; ++i) {
     const int source_y = std::clamp(y - scale.reach + static_cast<int>(i), 0, height_ - 1);
-    if (integers_) {
+    if (integers) {
       word_rows_[i] = source_words_.row(source_y);
     } else {
       rows_[i] = source_.row(source_y);
     }
   }
-  if (integers_) {
+  if (integers) {
     smooth_row(SmoothIntegerRow{taps, word_rows_.data(), between_words_.row(0), out, begin, end});
   } else {
     smooth_row(SmoothFloatRow{taps, rows_.data(), between_.row(0), out, begin, end});

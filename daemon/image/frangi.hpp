@@ -84,12 +84,14 @@ class FrangiFilter {
   struct Scale {
     float sigma_px;
     int reach;
+    bool integers;                     ///< smoothed in 16 bits where the image is of integers
     std::vector<float> weights;        ///< from the centre outwards
     std::vector<std::uint16_t> pairs;  ///< GaussianTaps::pairs
     float c;
   };
 
   [[nodiscard]] PixelRectangle whole() const { return {0, 0, width_, height_}; }
+  [[nodiscard]] bool in_integers(const Scale& scale) const { return scale.integers && integer_image_; }
   [[nodiscard]] PixelRectangle usable(const PixelRectangle& tile) const;
   [[nodiscard]] ResponseScale response_of(const Scale& scale) const;
 
@@ -110,9 +112,10 @@ class FrangiFilter {
   float polarity_;  ///< 1 dark, -1 bright
   float per_blob_;
   bool fixed_c_;
-  bool integers_configured_;
-  bool integers_ = false;  ///< the loaded image is smoothed in 16 bits
-  int shift_ = 0;          ///< loaded integers are grey values times 2^shift
+  bool any_integer_scale_;
+  bool any_float_scale_;
+  bool integer_image_ = false;  ///< the loaded image is of 8 or 16 bits
+  int shift_ = 0;               ///< loaded integers are grey values times 2^shift
   std::vector<Scale> scales_;
   int margin_;
   PaddedPlane<float> source_;

@@ -7,8 +7,10 @@ namespace tubed {
 /// Which ridges count: catheters and wires absorb and are dark on a fluoroscopic image.
 enum class RidgePolarity { kDark, kBright };
 
-/// How the Gaussians are computed. kInteger16 holds for images of 8 and 16 bit: less time, an error of about
-/// the last of 16 bits per pass; float images are smoothed in float whatever is set.
+/// How the Gaussians are computed. kInteger16 holds for images of 8 and 16 bit and for scales up to 2.5 px:
+/// less time, an error of about the last of 16 bits per pass (a tenth of a grey level of 8 bit in the Hessian
+/// at 2 px). Coarser scales, whose second derivatives would drown in that, and float images are smoothed in
+/// float.
 enum class FrangiSmoothing { kFloat, kInteger16 };
 
 /// Scales and sensitivities of the Frangi filter.
