@@ -1,0 +1,126 @@
+"""tubed as a service, from its Debian packages, on a machine of its own: service.py PACKAGES lifecycle|service|security|lint."""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import nspawn
+from bed import SKIP, Failure, Skip, check, say
+
+HERE = pathlib.Path(__file__).resolve().parent
+UNITS = HERE.parent.parent / "systemd"
+CONFIGURATION = "etc/tubed/tubed.toml"
+
+
+def packages_in(folder):
+    found = {name: next(pathlib.Path(folder).glob(f"{name}_*.deb"), None) for name in ("tubed", "libtubed-shm1", "libtubed-dev")}
+    check(all(found.values()), f"no packages in {folder}: {found}")
+    return found
+
+
+def installed(container, *packages):
+    for package in packages:
+        container.copy_in(package, f"/checks/{package.name}")
+    done = container.run("dpkg", "--force-confdef", "--force-confold", "-i", *(f"/checks/{package.name}" for package in packages))
+    check(done.returncode == 0, f"dpkg -i: {done.stdout}{done.stderr}")
+
+
+def newer(package, folder):
+    """The same package as a later version with another sample configuration."""
+    tree = pathlib.Path(folder) / "newer"
+    subprocess.run(["dpkg-deb", "-R", str(package), str(tree)], check=True)
+    control = tree / "DEBIAN/control"
+    control.write_text(control.read_text().replace("Version: 0.1.0-1", "Version: 0.1.0-1+later"))
+    configuration = tree / CONFIGURATION
+    configuration.write_text("# another sample\n" + configuration.read_text())
+    target = pathlib.Path(folder) / "tubed_later.deb"
+    subprocess.run(["dpkg-deb", "-b", str(tree), str(target)], check=True, stdout=subprocess.DEVNULL)
+    return target
+
+
+def lifecycle(packages):
+    """Install, upgrade keeping the configuration, remove, purge."""
+    with nspawn.Container() as container, tempfile.TemporaryDirectory() as folder:
+        configuration = container.root / CONFIGURATION
+        installed(container, packages["tubed"], packages["libtubed-shm1"], packages["libtubed-dev"])
+        checked = container.run("/usr/sbin/tubed", "--check", f"/{CONFIGURATION}")
+        check(checked.returncode == 0, f"the installed configuration is wrong: {checked.stdout}{checked.stderr}")
+
+        configuration.write_text("# mine\n" + configuration.read_text())
+        installed(container, newer(packages["tubed"], folder))
+        version = container.run("dpkg-query", "-W", "-f=${Version}", "tubed").stdout
+        check(version.strip() == "0.1.0-1+later", f"after the upgrade there is version {version}")
+        check(configuration.read_text().startswith("# mine\n"), "the upgrade changed the configuration")
+
+        removed = container.run("dpkg", "-r", "tubed")
+        check(removed.returncode == 0, f"dpkg -r: {removed.stdout}{removed.stderr}")
+        check(not (container.root / "usr/sbin/tubed").exists(), "the program is left after removal")
+        check(configuration.exists(), "removal took the configuration")
+
+        (container.root / "var/lib/tubed").mkdir(exist_ok=True)
+        purged = container.run("dpkg", "-P", "tubed")
+        check(purged.returncode == 0, f"dpkg -P: {purged.stdout}{purged.stderr}")
+        for place in ("etc/tubed", "var/lib/tubed", "lib/systemd/system/tubed.service", "lib/udev/rules.d/60-tubed.rules"):
+            check(not (container.root / place).exists(), f"/{place} is left after purging")
+    say("installed, upgraded with its configuration kept, removed, purged")
+
+
+def service(packages):
+    """Everything that service_inside.py says."""
+    with nspawn.Container() as container:
+        installed(container, packages["tubed"])
+        results, words = container.boot(HERE / "service_inside.py", 150)
+        for line in results:
+            say(line)
+        failed = [line for line in results if line.startswith("FAILED: ")]
+        passed = [line for line in results if line.startswith("passed: ")]
+        check(not failed and len(passed) == 13, f"{len(failed)} failed, {len(passed)} passed, expected 13\n{words}")
+
+
+def security(packages):
+    """The sandbox of each unit, as systemd judges it; and that every unit can be understood."""
+    nspawn.need("systemd-analyze", "systemd")
+    with tempfile.TemporaryDirectory() as folder:
+        tree = pathlib.Path(folder) / "tree"
+        subprocess.run(["dpkg-deb", "-x", str(packages["tubed"]), str(tree)], check=True)
+        units = sorted((tree / "lib/systemd/system").glob("tubed*.service"))
+        check(len(units) >= 2, f"units in the package: {units}")
+        for unit in units:
+            shutil.copy(unit, folder)
+            judged = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=20", f"{folder}/{unit.name}"],
+                                    capture_output=True, text=True, check=False)
+            say(judged.stdout.strip().splitlines()[-1])
+            check(judged.returncode == 0, f"{unit.name} is exposed more than 2.0:\n{judged.stdout}{judged.stderr}")
+            verified = subprocess.run(["systemd-analyze", "verify", "--man=no", f"{folder}/{unit.name}"],
+                                      capture_output=True, text=True, check=False)
+            wrong = [line for line in verified.stderr.splitlines() if unit.name in line and "is not executable" not in line]
+            check(not wrong, "\n".join(wrong))
+        plain, template = ((UNITS / name).read_text() for name in ("tubed.service", "tubed@.service"))
+        same = template.split("[Unit]", 1)[1].replace("tubed-%i", "tubed").replace("/%i.toml", "/tubed.toml").replace("shape of %i", "shape")
+        check(same == plain.split("[Unit]", 1)[1], "tubed@.service says something else than tubed.service")
+
+
+def lint(packages):
+    """Debian's own judgement of the packages: no error, no warning."""
+    nspawn.need("lintian", "lintian")
+    judged = subprocess.run(["lintian", "--allow-root", "--fail-on", "error,warning", *map(str, packages.values())], capture_output=True,
+                            text=True, check=False)
+    check(judged.returncode == 0, judged.stdout + judged.stderr)
+    say("no error, no warning")
+
+
+def main():
+    scenarios = {scenario.__name__: scenario for scenario in (lifecycle, service, security, lint)}
+    try:
+        scenarios[sys.argv[2]](packages_in(sys.argv[1]))
+    except Skip as missing:
+        say(f"SKIPPED: {missing}")
+        return SKIP
+    except Failure as failure:
+        say(f"FAILED: {failure}")
+        return 1
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,268 @@
+"""Runs inside the container, as root, beside a systemd of its own: tubed as the service that the package brought.
+
+Each check is a function; its sentence and outcome go to the file named on the command line.
+"""
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import traceback
+
+WATCHDOG_S = 2
+CONFIGURATION = pathlib.Path("/etc/tubed/tubed.toml")
+UNIT = "tubed.service"
+# Where a service manager may not raise limits, these stand in for LimitRTPRIO= and LimitMEMLOCK=.
+STAND_INS = "CAP_IPC_LOCK CAP_SYS_NICE"
+STAND_INS_MASK = f"{1 << 14 | 1 << 23:016x}"
+
+
+def command(*words, timeout_s=40):
+    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout_s)
+
+
+def shown(name, unit=UNIT):
+    return command("systemctl", "show", "--value", "-p", name, unit).stdout.strip()
+
+
+def main_pid(unit=UNIT):
+    return int(shown("MainPID", unit))
+
+
+def journal(since, unit=UNIT):
+    command("journalctl", "--sync")
+    return command("journalctl", "-u", unit, "-o", "cat", "--since", f"@{since:.3f}").stdout
+
+
+def expect(condition, message):
+    if not condition:
+        raise AssertionError(message)
+
+
+def wait_until(condition, what, timeout_s):
+    """Seconds it took."""
+    begun = time.monotonic()
+    while time.monotonic() - begun < timeout_s:
+        if condition():
+            return time.monotonic() - begun
+        time.sleep(0.02)
+    raise AssertionError(f"not {what} within {timeout_s} s; status: {shown('StatusText')}, {shown('ActiveState')}")
+
+
+def says_valid():
+    """Of the newest second: an estimate that a subscriber inside gets is VALID."""
+    answer = command("tubectl", "echo", "--json", "--count", "1", "--seconds", "1").stdout
+    return bool(answer) and json.loads(answer.splitlines()[0]).get("validity_name") == "VALID"
+
+
+def change(key, value):
+    text = CONFIGURATION.read_text()
+    changed, found = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", text, count=1)
+    expect(found == 1, f"no {key} in {CONFIGURATION}")
+    CONFIGURATION.write_text(changed)
+
+
+def the_package_starts_nothing_by_itself():
+    expect(command("systemctl", "is-enabled", UNIT).stdout.strip() == "disabled", "the unit is enabled after installation")
+    expect(shown("ActiveState") == "inactive", f"the unit is {shown('ActiveState')} after installation")
+    expect(command("id", "-un", "tubed").stdout.strip() == "tubed", "no user tubed")
+
+
+def it_is_ready_when_it_publishes():
+    change("control_folder", '"/run/tubed"')
+    begun = time.monotonic()
+    started = command("systemctl", "start", UNIT)
+    expect(started.returncode == 0, f"start: {started.stderr} {journal(time.time() - 30)}")
+    ready_s = time.monotonic() - begun
+    answer = command("tubectl", "echo", "--json", "--count", "1", "--seconds", "2")
+    expect(answer.returncode == 0, "ready, but a subscriber gets nothing")
+    wait_until(lambda: "cath-1" in shown("StatusText"), "a status in words", 3)
+    return f"ready after {ready_s:.2f} s; status: {shown('StatusText')}"
+
+
+def a_subscriber_gets_valid_shapes_at_30_hz():
+    wait_until(says_valid, "valid", 10)
+    report = json.loads(command("tubectl", "stat", "--seconds", "4", "--json").stdout)["instruments"]["cath-1"]
+    expect(29 <= report["rate_hz"] <= 31, f"{report['rate_hz']} Hz")
+    return f"{report['rate_hz']:.2f} Hz, {report['validity']}"
+
+
+def its_threads_have_their_priorities():
+    wanted = {"em": 60, "grab-A": 55, "publisher": 52, "optimizer": 50, "frangi-A": 45}
+    found = {}
+    for task in pathlib.Path(f"/proc/{main_pid()}/task").iterdir():
+        name = (task / "comm").read_text().strip()
+        if os.sched_getscheduler(int(task.name)) & 0xF == os.SCHED_FIFO:
+            found[name] = os.sched_getparam(int(task.name)).sched_priority
+    expect(found == wanted, f"SCHED_FIFO: {found}, expected {wanted}")
+    return str(found)
+
+
+def its_memory_is_locked():
+    status = pathlib.Path(f"/proc/{main_pid()}/status").read_text()
+    locked_kb, resident_kb = (int(re.search(rf"{name}:\s+(\d+) kB", status)[1]) for name in ("VmLck", "VmRSS"))
+    expect(locked_kb >= 0.9 * resident_kb > 0, f"{locked_kb} kB of {resident_kb} kB are locked")
+    before = faults()
+    time.sleep(3)
+    new = faults() - before
+    expect(new == 0, f"{new} page faults of the real-time threads in 3 s")
+    return f"{locked_kb // 1024} MB locked, no page fault of a real-time thread in 3 s"
+
+
+def faults():
+    """Page faults, minor and major, of the threads with SCHED_FIFO."""
+    count = 0
+    for task in pathlib.Path(f"/proc/{main_pid()}/task").iterdir():
+        if os.sched_getscheduler(int(task.name)) & 0xF == os.SCHED_FIFO and (task / "comm").read_text().strip() != "publisher":
+            fields = (task / "stat").read_text().rsplit(")", 1)[1].split()
+            count += int(fields[7]) + int(fields[9])
+    return count
+
+
+def it_has_no_rights_it_does_not_need():
+    status = pathlib.Path(f"/proc/{main_pid()}/status").read_text()
+    uid = int(re.search(r"Uid:\s+(\d+)", status)[1])
+    expect(uid == int(command("id", "-u", "tubed").stdout), f"runs as user {uid}")
+    for name, value in (("CapEff", CAPABILITIES), ("CapBnd", CAPABILITIES), ("NoNewPrivs", "1"), ("Seccomp", "2")):
+        found = re.search(rf"{name}:\s+(\S+)", status)[1]
+        expect(found == value, f"{name} is {found}, expected {value}")
+
+
+def a_good_reload_changes_the_log_level_and_nothing_else():
+    pid, since = main_pid(), time.time()
+    change("log_level", '"debug"')
+    change("rate_hz", "25.0")
+    reloaded = command("systemctl", "reload", UNIT)
+    change("rate_hz", "30.0")
+    expect(reloaded.returncode == 0, f"reload: {reloaded.stderr}")
+    wait_until(lambda: "reload: done" in journal(since), "reloaded", 3)
+    expect("daemon.rate_hz differs from what runs: takes effect with a restart" in journal(since), journal(since))
+    expect(main_pid() == pid, "a reload restarted the daemon")
+
+
+def a_bad_reload_keeps_what_runs_and_says_so():
+    pid, since = main_pid(), time.time()
+    kept = CONFIGURATION.read_text()
+    change("log_level", '"loud"')
+    refused = command("systemctl", "reload", UNIT)
+    os.kill(pid, signal.SIGHUP)  # past the check of the unit
+    try:
+        wait_until(lambda: "the configuration that runs is kept" in journal(since), "said to be kept", 3)
+    finally:
+        CONFIGURATION.write_text(kept)
+    expect(refused.returncode != 0, "systemctl reload of a wrong file succeeds")
+    expect(re.search(r"tubed\.toml:\d+:\d+:.*log_level", journal(since)), f"no place in: {journal(since)}")
+    expect(main_pid() == pid and shown("ActiveState") == "active" and says_valid(), "it does not go on")
+
+
+def may_raise_limits():
+    """Whether this machine's service manager may grant the unit's limits: not without CAP_SYS_RESOURCE."""
+    hard = command("systemd-run", "--wait", "--pipe", "-q", "-p", "LimitRTPRIO=90", "sh", "-c", "ulimit -Hr").stdout.strip()
+    return hard == "90"
+
+
+def grant_capabilities_instead():
+    drop_in = pathlib.Path("/etc/systemd/system/tubed.service.d/limits.conf")
+    drop_in.parent.mkdir()
+    drop_in.write_text(f"[Service]\nCapabilityBoundingSet={STAND_INS}\nAmbientCapabilities={STAND_INS}\n")
+    command("systemctl", "daemon-reload")
+
+
+def fault(words):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
+        sender.sendto(words.encode(), "/run/tubed/em.sock")
+
+
+def a_tracker_that_falls_silent_and_comes_back_needs_no_restart():
+    pid = main_pid()
+    begun = time.monotonic()
+    fault(f"stall {WATCHDOG_S + 2:.1f}")
+    said_s = wait_until(lambda: "EM_STALE" in shown("StatusText"), "said to be stale", 2)
+    expect(command("tubectl", "echo", "--count", "1", "--seconds", "1").returncode == 0, "no estimates without a tracker")
+    expect(not says_valid(), "valid without a tracker")
+    wait_until(says_valid, "valid", WATCHDOG_S + 4)
+    expect(main_pid() == pid, "it was restarted")
+    return f"status after {said_s:.2f} s; silent for {WATCHDOG_S + 2} s, valid after {time.monotonic() - begun:.2f} s"
+
+
+def comes_back(number, limit_s):
+    pid = main_pid()
+    begun = time.monotonic()
+    os.kill(pid, number)
+    wait_until(lambda: main_pid() not in (0, pid), "restarted", limit_s)
+    restarted_s = time.monotonic() - begun
+    wait_until(says_valid, "valid", max(0.1, limit_s - restarted_s))
+    total_s = time.monotonic() - begun
+    return f"restarted after {restarted_s:.2f} s, valid after {total_s:.2f} s"
+
+
+def a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s():
+    return comes_back(signal.SIGSTOP, WATCHDOG_S + 3)
+
+
+def a_killed_daemon_is_valid_again_within_3_s():
+    return comes_back(signal.SIGKILL, 3)
+
+
+def a_second_room_runs_beside_the_first():
+    left = pathlib.Path("/etc/tubed/left.toml")
+    left.write_text(re.sub(r"(?m)^partition = .*$", 'partition = "left"', CONFIGURATION.read_text())
+                    .replace('control_folder = "/run/tubed"', 'control_folder = ""'))
+    started = command("systemctl", "start", "tubed@left.service")
+    expect(started.returncode == 0, f"start: {started.stderr} {journal(time.time() - 30, 'tubed@left.service')}")
+    answer = command("tubectl", "echo", "--partition", "left", "--count", "1", "--seconds", "2")
+    expect(answer.returncode == 0, "nothing from the second room")
+    command("systemctl", "stop", "tubed@left.service")
+    expect(shown("ActiveState") == "active", "the first room ended with the second")
+
+
+def a_wrong_configuration_is_one_clear_line_and_no_restart():
+    command("systemctl", "stop", UNIT)
+    command("systemctl", "reset-failed", UNIT)
+    kept, since = CONFIGURATION.read_text(), time.time()
+    change("rate_hz", '"fast"')
+    started = command("systemctl", "start", UNIT)
+    time.sleep(1)
+    CONFIGURATION.write_text(kept)
+    expect(started.returncode != 0, "it starts")
+    expect(shown("ExecMainStatus") == "78", f"exit {shown('ExecMainStatus')}")
+    expect(shown("NRestarts") == "0" and shown("ActiveState") == "failed", f"{shown('NRestarts')} restarts")
+    lines = [line for line in journal(since).splitlines() if "tubed.toml:" in line]
+    expect(len(lines) == 1 and "rate_hz" in lines[0], f"said: {journal(since)}")
+    return lines[0]
+
+
+CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a_subscriber_gets_valid_shapes_at_30_hz,
+          its_threads_have_their_priorities, its_memory_is_locked, it_has_no_rights_it_does_not_need,
+          a_good_reload_changes_the_log_level_and_nothing_else, a_bad_reload_keeps_what_runs_and_says_so,
+          a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
+          a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
+          a_wrong_configuration_is_one_clear_line_and_no_restart)
+
+
+CAPABILITIES = "0" * 16
+
+
+def main():
+    global CAPABILITIES
+    command("ip", "link", "set", "lo", "up")
+    with open(sys.argv[1], "w", buffering=1) as results:
+        if not may_raise_limits():
+            grant_capabilities_instead()
+            CAPABILITIES = STAND_INS_MASK
+            results.write("noted: this machine may not raise limits; the capabilities " + STAND_INS + " stand in for them\n")
+        for check in CHECKS:
+            name = check.__name__.replace("_", " ")
+            try:
+                results.write(f"passed: {name}: {check() or 'yes'}\n".replace("\r", ""))
+            except Exception as error:  # whatever it is belongs into the results
+                results.write(f"FAILED: {name}: {' '.join(str(error).split())}\n")
+                traceback.print_exc()
+                print(journal(time.time() - 20)[-3000:], flush=True)
+
+
+main()
