@@ -38,14 +38,36 @@ void check_back_off(const CheckedTable& em, const PipelineSettings& settings, Pr
 
 EstimatorMode mode_of(const std::string& word) { return mode_named(word).value_or(EstimatorMode::kFilter); }
 
-// Images are half of the joint mode: without a camera it would be the em mode under another name. The filter
-// goes on with coils alone.
+// Images are half of these modes: without a camera they would be EM alone under another name. The filter goes
+// on with coils alone.
 void check_mode(const CheckedTable& file, const CheckedTable& decides, EstimatorMode mode,
                 Problems& problems) {
-  if (mode == EstimatorMode::kJoint && file.many("camera").empty() && decides.sound("mode")) {
+  const bool needs_camera = mode == EstimatorMode::kJoint || mode == EstimatorMode::kPaper;
+  if (needs_camera && file.many("camera").empty() && decides.sound("mode")) {
     problems.push_back({decides.at("mode").position, decides.path_of("mode"),
-                        "\"joint\" needs at least one [[camera]]; use \"em\" or \"filter\" without"});
+                        "\"" + std::string(name_of(mode)) +
+                            "\" needs at least one [[camera]]; use \"em\" or \"filter\" without"});
   }
+}
+
+PaperSettings paper_settings(const CheckedTable& paper) {
+  const auto says = [&](const char* key, std::string_view word) {
+    return paper.get<std::string>(key) == word;
+  };
+  PaperSettings settings;
+  settings.knot_point_count = as_int(paper.get<std::int64_t>("knot_point_count"));
+  settings.weights = says("weights", "printed") ? PaperWeights::kPrinted : PaperWeights::kConsistent;
+  settings.sigma_length_mm = paper.get<double>("sigma_length_mm");
+  settings.depth_lengths =
+      says("depth_lengths", "printed") ? PaperDepthLengths::kPrinted : PaperDepthLengths::kLeftOut;
+  settings.mle_start = says("mle_start", "em") ? PaperMleStart::kEm : PaperMleStart::kLines;
+  settings.mle_prior = says("mle_prior", "none") ? PaperMlePrior::kNone : PaperMlePrior::kEmError;
+  settings.hub_end = says("hub_end", "capped") ? PaperHubEnd::kCapped : PaperHubEnd::kGoesOn;
+  settings.heaviside = says("heaviside", "fixed") ? PaperHeaviside::kFixed : PaperHeaviside::kNarrowing;
+  settings.heaviside_px = paper.get<double>("heaviside_px");
+  settings.appearance_share = paper.get<double>("appearance_share");
+  settings.rounds = as_int(paper.get<std::int64_t>("rounds"));
+  return settings;
 }
 
 }  // namespace
@@ -104,6 +126,7 @@ std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Prob
   defaults.em_stale_ms = table.get<double>("em_stale_ms");
   defaults.em_stuck_ms = table.get<double>("em_stuck_ms");
   defaults.iterations = as_int(table.get<std::int64_t>("iterations"));
+  defaults.paper = paper_settings(table.one("paper"));
   std::vector<EstimatorSettings> estimators;
   bool common_mode_used = false;
   for (const CheckedTable& instrument : file.many("instrument")) {

@@ -92,9 +92,6 @@ class ValueCheck {
     if (std::find(key_.choices.begin(), key_.choices.end(), word) != key_.choices.end()) {
       return word;
     }
-    if (std::find(key_.reserved.begin(), key_.reserved.end(), word) != key_.reserved.end()) {
-      return wrong(node, found_text(node) + " is not in this version; use " + expectation(key_));
-    }
     return wrong(node, "expected " + expectation(key_) + ", found " + found_text(node) +
                            suggestion(word, key_.choices));
   }

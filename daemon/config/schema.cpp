@@ -179,11 +179,9 @@ TableDescription camera_table(const std::vector<std::string>& driver_names) {
 }
 
 KeyDescription mode_key() {
-  KeyDescription mode =
-      word("mode", "filter", {"em", "joint", "filter"},
-           "em: coils only; joint: coils and images of one instant; filter: with what was known before");
-  mode.reserved = {"paper"};
-  return mode;
+  return word("mode", "filter", {"em", "paper", "joint", "filter"},
+              "em: coils only; paper: as published, for comparison; joint: coils and images of one instant; "
+              "filter: with what was known before");
 }
 
 TableDescription instrument_table() {
@@ -219,6 +217,31 @@ TableDescription instrument_table() {
       .tables = {coil}};
 }
 
+TableDescription paper_table() {
+  const PaperSettings d;
+  return {.name = "paper",
+          .meaning = "mode \"paper\" alone: where the equations need help to work, and how much they get",
+          .keys = {integer("knot_point_count", d.knot_point_count, "", {4, 48}, "knot points of the tube"),
+                   word("weights", "consistent", {"consistent", "printed"},
+                        "of the terms of Eq. (14): by their variances, or all 1 as printed"),
+                   real("sigma_length_mm", d.sigma_length_mm, "mm", {0.001, 50},
+                        "standard deviation of the length between two coils"),
+                   word("depth_lengths", "left_out", {"left_out", "printed"},
+                        "the lengths of Eq. (12) in the depth-only step"),
+                   word("mle_start", "lines", {"lines", "em"},
+                        "where Eq. (18) begins: at the nearest ridge, or at the coils' own projection"),
+                   word("mle_prior", "em_error", {"em_error", "none"},
+                        "what holds the tube where no pixel does: the coils' error, or nothing"),
+                   word("hub_end", "goes_on", {"goes_on", "capped"},
+                        "whether the catheter goes on behind length_mm or the tube ends there"),
+                   word("heaviside", "fixed", {"narrowing", "fixed"},
+                        "epsilon of Eq. (17): wide first, or always heaviside_px"),
+                   real("heaviside_px", d.heaviside_px, "px", {0.5, 20}, "epsilon of Eq. (17)"),
+                   real("appearance_share", d.appearance_share, "", {0, 1},
+                        "of a trusted image in the appearance of tube and background"),
+                   integer("rounds", d.rounds, "", {1, 50}, "of image and depth in turn, at most")}};
+}
+
 TableDescription estimator_table() {
   const EstimatorSettings d;
   const Range age_ms{20, 5000};
@@ -247,7 +270,8 @@ TableDescription estimator_table() {
                     "bit-equal measurements for so long mean EM_STUCK"),
                real("image_stale_ms", PipelineSettings{}.image_stale_ms, "ms", age_ms,
                     "IMAGE_STALE after two image periods without one, at the latest after this"),
-               integer("iterations", d.iterations, "", {1, 50}, "Gauss-Newton iterations, at most")}};
+               integer("iterations", d.iterations, "", {1, 50}, "Gauss-Newton iterations, at most")},
+      .tables = {paper_table()}};
 }
 
 TableDescription frangi_table() {

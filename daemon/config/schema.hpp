@@ -43,7 +43,6 @@ struct KeyDescription {
   std::size_t minimum_count = 0;  ///< of the numbers of a list
   std::size_t maximum_count = std::numeric_limits<std::size_t>::max();
   std::vector<std::string> choices{};   ///< of a text: the only ones allowed; empty = any
-  std::vector<std::string> reserved{};  ///< words that will be choices, but not in this version
   TextRule text{};
   std::string meaning{};  ///< one line for a person
 };

@@ -48,7 +48,7 @@ struct PaperSettings {
   PaperMleStart mle_start = PaperMleStart::kLines;
   PaperMlePrior mle_prior = PaperMlePrior::kEmError;
   PaperHubEnd hub_end = PaperHubEnd::kGoesOn;
-  PaperHeaviside heaviside = PaperHeaviside::kNarrowing;
+  PaperHeaviside heaviside = PaperHeaviside::kFixed;
   double heaviside_px = 1.5;       ///< epsilon of Eq. (17)
   double appearance_share = 0.05;  ///< of a trusted image in the appearance model; 0: never adapts
   int rounds = 6;                  ///< of MLE and depth-only MAP, at most

@@ -106,6 +106,31 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   EXPECT_EQ(configuration.frangi.structureness, 12);
 }
 
+TEST(Assemble, EveryKeyOfThePaperReachesItsField) {
+  std::string text = base();
+  text +=
+      "[estimator.paper]\nknot_point_count = 12\nweights = \"printed\"\nsigma_length_mm = 0.75\n"
+      "depth_lengths = \"printed\"\nmle_start = \"em\"\nmle_prior = \"none\"\nheaviside = "
+      "\"narrowing\"\nhub_end = \"capped\"\n"
+      "heaviside_px = 3.5\nappearance_share = 0.25\nrounds = 7\n";
+  text.replace(text.find("mode = \"joint\""), 14, "mode = \"paper\"");
+
+  const EstimatorSettings estimator = parse_configuration(text, "room.toml").estimators.at(0);
+
+  EXPECT_EQ(estimator.mode, EstimatorMode::kPaper);
+  EXPECT_EQ(estimator.paper.knot_point_count, 12);
+  EXPECT_EQ(estimator.paper.weights, PaperWeights::kPrinted);
+  EXPECT_EQ(estimator.paper.sigma_length_mm, 0.75);
+  EXPECT_EQ(estimator.paper.depth_lengths, PaperDepthLengths::kPrinted);
+  EXPECT_EQ(estimator.paper.mle_start, PaperMleStart::kEm);
+  EXPECT_EQ(estimator.paper.mle_prior, PaperMlePrior::kNone);
+  EXPECT_EQ(estimator.paper.hub_end, PaperHubEnd::kCapped);
+  EXPECT_EQ(estimator.paper.heaviside, PaperHeaviside::kNarrowing);
+  EXPECT_EQ(estimator.paper.heaviside_px, 3.5);
+  EXPECT_EQ(estimator.paper.appearance_share, 0.25);
+  EXPECT_EQ(estimator.paper.rounds, 7);
+}
+
 TEST(Assemble, ACameraKeepsItsFourNumbersApart) {
   std::string text = base();
   replace(text, "fx = 2000.0\nfy = 2000.0\ncx = 200.0\ncy = 300.0",
