@@ -17,8 +17,8 @@ struct DemoScene {
   std::string preset = "arch";  ///< of the simulation
 };
 
-/// The configuration as TOML: one simulated catheter in the views of the preset, tracked twice: "cath-1" from coils and
-/// images, "cath-1-em" from the coils alone.
+/// The configuration as TOML: one simulated catheter in the views of the preset, tracked twice: "cath-1" from
+/// coils and images, "cath-1-em" from the coils alone.
 std::string demo_configuration(const DemoScene& scene, const std::filesystem::path& folder);
 
 /// Starts `tubed` and ends it with the object; its folder goes with it. One thread.

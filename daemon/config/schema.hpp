@@ -42,7 +42,7 @@ struct KeyDescription {
   double maximum = std::numeric_limits<double>::infinity();
   std::size_t minimum_count = 0;  ///< of the numbers of a list
   std::size_t maximum_count = std::numeric_limits<std::size_t>::max();
-  std::vector<std::string> choices{};   ///< of a text: the only ones allowed; empty = any
+  std::vector<std::string> choices{};  ///< of a text: the only ones allowed; empty = any
   TextRule text{};
   std::string meaning{};  ///< one line for a person
 };

@@ -39,7 +39,7 @@ TEST(Configure, EmTooAddsAnInstrumentOnTheSameCoils) {
   ASSERT_EQ(configuration.room.instruments.size(), 2U);
   EXPECT_EQ(configuration.room.instruments[0].id, "cath-1");
   EXPECT_EQ(configuration.room.instruments[1].id, "cath-1-em");
-  EXPECT_EQ(configuration.estimators[0].mode, EstimatorMode::kJoint);
+  EXPECT_EQ(configuration.estimators[0].mode, EstimatorMode::kFilter);
   EXPECT_EQ(configuration.estimators[1].mode, EstimatorMode::kEm);
   ASSERT_EQ(configuration.room.instruments[1].coils.size(), 2U);
   EXPECT_EQ(configuration.room.instruments[1].coils[1].offset_from_tip_mm, 370);
