@@ -3,7 +3,7 @@
 #include <hwy/targets.h>
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <map>
 #include <opencv2/core.hpp>
 #include <random>
 #include <string>
@@ -16,8 +16,6 @@
 namespace tubed {
 
 namespace {
-
-constexpr const char* kPeer = "opencv-sepfilter";
 
 // A dark curved tube, 4 px wide, over a slope with noise: grey values as a fluoroscope of 8 or 16 bits gives
 // them.
@@ -70,41 +68,93 @@ struct Case {
   }
 };
 
+// One filter with its image, ready to run.
+class Bed {
+ public:
+  explicit Bed(const Case& c)
+      : case_(c),
+        grey_(fluoroscopic_image<std::uint8_t>(c.width, c.height)),
+        vesselness_(grey_.size()),
+        tiles_(band(c.width, c.height)),
+        filter_(c.width, c.height, settings_of(c)) {}
+
+  void run() {
+    if (case_.on_band) {
+      filter_.filter_tiles(grey_, tiles_, RidgeMaps{vesselness_});
+    } else {
+      filter_.filter(grey_, vesselness_);
+    }
+    benchmark::DoNotOptimize(vesselness_.data());
+    benchmark::ClobberMemory();
+  }
+
+  std::vector<std::uint8_t>& grey() { return grey_; }
+
+  [[nodiscard]] double pixels() const {
+    double sum = 0;
+    for (const PixelRectangle& tile : tiles_) {
+      sum += tile.width() * tile.height();
+    }
+    return case_.on_band ? sum : static_cast<double>(grey_.size());
+  }
+
+  static FrangiSettings settings_of(const Case& c) {
+    return {.scales_px = c.scales_px, .structureness = c.structureness, .smoothing = c.smoothing};
+  }
+
+ private:
+  Case case_;
+  std::vector<std::uint8_t> grey_;
+  std::vector<float> vesselness_;
+  std::vector<PixelRectangle> tiles_;
+  FrangiFilter filter_;
+};
+
+void use_instruction_set(std::int64_t target) {
+  hwy::SetSupportedTargetsForTest(target);
+  hwy::GetChosenTarget().DeInit();
+}
+
+std::map<std::string, double> per_pixel(const TurnTimes& times, double pixels) {
+  return {{"pixels", pixels},
+          {"ns_per_px", quantile(times.own_ms, 0.5) * 1e6 / pixels},
+          {"min_ns_per_px", quantile(times.own_ms, 0) * 1e6 / pixels}};
+}
+
+// Beside OpenCV's, on the same 8-bit image with the same settings.
 void measure(const Case& c, const StageChoice& choice, Report& report) {
   if (!choice.wants(c.name())) {
     return;
   }
-  FrangiSettings settings;
-  settings.scales_px = c.scales_px;
-  settings.structureness = c.structureness;
-  settings.smoothing = c.smoothing;
-  std::vector<std::uint8_t> grey = fluoroscopic_image<std::uint8_t>(c.width, c.height);
-  std::vector<float> vesselness(grey.size());
-  const std::vector<PixelRectangle> tiles = band(c.width, c.height);
-  FrangiFilter filter(c.width, c.height, settings);
-  OpencvFrangi peer(settings);
-  const cv::Mat picture(c.height, c.width, CV_8U, grey.data());
-  hwy::SetSupportedTargetsForTest(c.instruction_set);
-  hwy::GetChosenTarget().DeInit();
+  Bed bed(c);
+  OpencvFrangi peer(Bed::settings_of(c));
+  const cv::Mat picture(c.height, c.width, CV_8U, bed.grey().data());
+  use_instruction_set(c.instruction_set);
   const TurnTimes times = take_turns(
-      {.turns = choice.turns, .calls_own = c.on_band ? 20 : 4},
-      [&] {
-        if (c.on_band) {
-          filter.filter_tiles(grey, tiles, RidgeMaps{vesselness});
-        } else {
-          filter.filter(grey, vesselness);
-        }
-        benchmark::DoNotOptimize(vesselness.data());
-        benchmark::ClobberMemory();
-      },
+      {.turns = choice.turns, .calls_own = 4}, [&] { bed.run(); },
       [&] {
         benchmark::DoNotOptimize(peer.filter(picture).data);
         benchmark::ClobberMemory();
       });
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().DeInit();
-  const double pixels = static_cast<double>(c.width) * c.height;
-  report.add(c.name(), kPeer, times, {{"ns_per_px", quantile(times.own_ms, 0.5) * 1e6 / pixels}});
+  use_instruction_set(0);
+  report.add(c.name(), "opencv-sepfilter", times, per_pixel(times, bed.pixels()));
+}
+
+// Beside another case of ours: the band beside the frame, a power of two beside another width.
+void measure_pair(const Case& c, const Case& other, const StageChoice& choice, Report& report) {
+  const std::string name = c.name() + "/beside";
+  if (!choice.wants(name)) {
+    return;
+  }
+  Bed own(c);
+  Bed peer(other);
+  const TurnTimes times = take_turns(
+      {.turns = choice.turns, .calls_own = c.on_band ? 10 : 2, .calls_peer = 2}, [&] { own.run(); },
+      [&] { peer.run(); });
+  auto extra = per_pixel(times, own.pixels());
+  extra["peer_ns_per_px"] = quantile(times.peer_ms, 0.5) * 1e6 / peer.pixels();
+  extra["peer_min_ns_per_px"] = quantile(times.peer_ms, 0) * 1e6 / peer.pixels();
+  report.add(name, other.name(), times, extra);
 }
 
 }  // namespace
@@ -117,8 +167,7 @@ void measure_frangi(const StageChoice& choice, Report& report) {
   measure({.structureness = 20, .variant = "/c20"}, choice, report);
   measure({.smoothing = kInteger, .variant = "/int16"}, choice, report);
   measure({.smoothing = kInteger, .structureness = 20, .variant = "/int16/c20"}, choice, report);
-  measure({.on_band = true}, choice, report);
-  measure({.smoothing = kInteger, .on_band = true, .variant = "/int16"}, choice, report);
+  measure_pair({.on_band = true}, {}, choice, report);
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     const std::string name = hwy::TargetName(target);
     measure({.variant = "/" + name, .instruction_set = target}, choice, report);
@@ -127,6 +176,7 @@ void measure_frangi(const StageChoice& choice, Report& report) {
   for (const int width : {64, 401, 512, 1024, 1040, 2048}) {
     measure({.width = width, .height = width == 401 ? 600 : width}, choice, report);
   }
+  measure_pair({.width = 1024, .height = 1024}, {.width = 1040, .height = 1040}, choice, report);
 }
 
 }  // namespace tubed
