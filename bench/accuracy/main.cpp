@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -52,12 +53,17 @@ fs::path simulated(const std::string& preset, int seed, const Arguments& argumen
   int exit_code = 0;
   CLI::App app;
   add_simulate(app, exit_code);
-  std::vector<std::string> words{"--every",  std::to_string(arguments.every),
-                                 "--out",    folder.string(),
-                                 "--seed",   std::to_string(seed),
-                                 "--preset", preset,
-                                 "simulate"};
-  app.parse(words);  // takes its words last one first
+  std::vector<std::string> words{"simulate",
+                                 "--preset",
+                                 preset,
+                                 "--seed",
+                                 std::to_string(seed),
+                                 "--every",
+                                 std::to_string(arguments.every),
+                                 "--out",
+                                 folder.string()};
+  std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+  app.parse(words);
   if (exit_code != 0) throw std::runtime_error("the preset \"" + preset + "\" could not be simulated");
   return folder;
 }
