@@ -25,10 +25,13 @@ const std::vector<Verb> kVerbs{
      "tubectl aurora-emulator --play field7 --command 'fault crc 0.01'"},
     {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
     {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
+    {tubed::add_status, "Watch a daemon", "tubectl status"},
+    {tubed::add_top, "Watch a daemon", "tubectl top"},
     {tubed::add_reconstruct, "Reconstruct and judge",
      "tubectl reconstruct dev1_paper --mode filter --out filter.csv"},
     {tubed::add_evaluate, "Reconstruct and judge",
      "tubectl evaluate dev1_paper --em em.csv --fused filter.csv"},
+    {tubed::add_doctor, "Run the daemon", "tubectl doctor"},
     {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
 };
 

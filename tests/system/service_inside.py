@@ -6,12 +6,14 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import time
 import traceback
+import urllib.request
 
 WATCHDOG_S = 2
 CONFIGURATION = pathlib.Path("/etc/tubed/tubed.toml")
@@ -220,6 +222,25 @@ def a_second_room_runs_beside_the_first():
     expect(shown("ActiveState") == "active", "the first room ended with the second")
 
 
+def the_exporter_says_in_prometheus_text_what_the_daemon_reports():
+    command("systemctl", "start", "tubed-exporter.service")
+    time.sleep(2.5)  # two reports, one a second
+    with urllib.request.urlopen("http://127.0.0.1:9756/metrics", timeout=5) as answer:
+        text = answer.read().decode()
+    command("systemctl", "stop", "tubed-exporter.service")
+    from prometheus_client.parser import text_string_to_metric_families
+    samples = {(sample.name, tuple(sorted(sample.labels.items()))): sample.value
+               for family in text_string_to_metric_families(text) for sample in family.samples}
+    expect(samples.get(("tubed_up", (("instrument", "cath-1"),))) == 1, f"not up: {text[:500]}")
+    expect(samples[("tubed_validity", (("instrument", "cath-1"), ("validity", "VALID")))] == 1, "not valid")
+    expect(samples[("tubed_stage_steps_total", (("instrument", "cath-1"), ("stage", "em")))] > 100, "no steps of em")
+    if shutil.which("promtool") is None:
+        return f"{len(samples)} samples; not judged by promtool (apt-get install prometheus)"
+    judged = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True, text=True, check=False)
+    expect(judged.returncode == 0, judged.stdout + judged.stderr)
+    return f"{len(samples)} samples; promtool has nothing to say"
+
+
 def a_wrong_configuration_is_one_clear_line_and_no_restart():
     command("systemctl", "stop", UNIT)
     command("systemctl", "reset-failed", UNIT)
@@ -241,6 +262,7 @@ CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a
           a_good_reload_changes_the_log_level_and_nothing_else, a_bad_reload_keeps_what_runs_and_says_so,
           a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
           a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
+          the_exporter_says_in_prometheus_text_what_the_daemon_reports,
           a_wrong_configuration_is_one_clear_line_and_no_restart)
 
 

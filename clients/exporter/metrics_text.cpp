@@ -1,0 +1,203 @@
+#include "clients/exporter/metrics_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <iterator>
+#include <string_view>
+#include <vector>
+
+#include "idl/validity.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr std::int64_t kSilence_ns = 3'000'000'000;
+// Of the 96 quarter octaves every fourth edge is exported: 2, 4, 8 us ...
+constexpr std::size_t kEdgeStep = 4;
+
+using Alive = std::vector<const InstrumentReports*>;
+
+std::string escaped(std::string_view text) {
+  std::string escaped;
+  for (const char letter : text) {
+    if (letter == '\\' || letter == '"') escaped += '\\';
+    escaped += letter == '\n' ? std::string("\\n") : std::string(1, letter);
+  }
+  return escaped;
+}
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.10g", value);
+  return text;
+}
+
+std::string label(std::string_view name, std::string_view value) {
+  return std::string(name) + "=\"" + escaped(value) + "\"";
+}
+
+/// One family of metrics, written line by line.
+class Family {
+ public:
+  Family(std::string& text, std::string name, std::string_view type, std::string_view help)
+      : text_(text), name_(std::move(name)) {
+    text_ +=
+        "# HELP " + name_ + " " + std::string(help) + "\n# TYPE " + name_ + " " + std::string(type) + "\n";
+  }
+
+  void add(const std::string& labels, double value) { line("", labels, value); }
+
+  void add(const std::string& labels, const tubed_LatencyHistogram& histogram) {
+    double counted = 0;
+    double seconds = 0;
+    for (std::size_t i = 0; i < std::size(histogram.buckets); ++i) {
+      const double edge_s = 1e-6 * std::exp2((static_cast<double>(i) + 1) / 4);
+      counted += histogram.buckets[i];
+      seconds += histogram.buckets[i] * edge_s * std::exp2(-1.0 / 8);  // the middle of the bucket, by ratio
+      const bool is_last = i + 1 == std::size(histogram.buckets);
+      if ((i + 1) % kEdgeStep == 0 && !is_last) {
+        line("_bucket", labels + "," + label("le", number(edge_s)), counted);
+      }
+    }
+    line("_bucket", labels + "," + label("le", "+Inf"), counted);
+    line("_sum", labels, seconds);
+    line("_count", labels, counted);
+  }
+
+ private:
+  void line(std::string_view suffix, const std::string& labels, double value) {
+    text_ += name_ + std::string(suffix) + "{" + labels + "} " + number(value) + "\n";
+  }
+
+  std::string& text_;
+  std::string name_;
+};
+
+std::string labels_of(const InstrumentReports& reports) {
+  return label("instrument", reports.health.instrument_id);
+}
+
+std::string labels_of(const InstrumentReports& reports, std::string_view stage) {
+  return labels_of(reports) + "," + label("stage", stage);
+}
+
+void write_validity(std::string& text, const Alive& alive) {
+  Family validity(text, "tubed_validity", "gauge",
+                  "1 for the validity of the newest estimate, 0 for the others.");
+  for (const InstrumentReports* reports : alive) {
+    for (std::uint32_t word = 0; word < 4; ++word) {
+      validity.add(labels_of(*reports) + "," + label("validity", name_of(static_cast<Validity>(word))),
+                   reports->status.validity == word ? 1 : 0);
+    }
+  }
+  Family reason(text, "tubed_reason", "gauge", "1 for each reason of the newest estimate, 0 for the others.");
+  for (const InstrumentReports* reports : alive) {
+    for (int bit = 0; bit < kReasonCount; ++bit) {
+      const auto each = static_cast<Reason>(1U << static_cast<unsigned>(bit));
+      reason.add(labels_of(*reports) + "," + label("reason", name_of(each)),
+                 Reasons(reports->status.reasons).has(each) ? 1 : 0);
+    }
+  }
+}
+
+void write_estimates(std::string& text, const Alive& alive) {
+  Family estimates(text, "tubed_estimates_total", "counter", "Estimates published, by validity.");
+  for (const InstrumentReports* reports : alive) {
+    for (std::uint32_t word = 0; word < 4; ++word) {
+      estimates.add(labels_of(*reports) + "," + label("validity", name_of(static_cast<Validity>(word))),
+                    reports->health.validity_counts[word]);
+    }
+  }
+  Family latency(
+      text, "tubed_exposure_to_publish_seconds", "histogram",
+      "From mid exposure to publishing, of estimates with an image; the sum is of the buckets' middles.");
+  for (const InstrumentReports* reports : alive) {
+    latency.add(labels_of(*reports), reports->health.exposure_to_publish);
+  }
+}
+
+void write_states(std::string& text, const Alive& alive) {
+  constexpr std::string_view kStates[]{"starting", "running", "degraded", "reconnecting", "ended", "failed"};
+  Family state(text, "tubed_stage_state", "gauge", "1 for the state a stage is in, 0 for the others.");
+  for (const InstrumentReports* reports : alive) {
+    const std::size_t count =
+        std::min<std::size_t>(reports->status.stage_count, std::size(reports->status.stages));
+    for (std::size_t i = 0; i < count; ++i) {
+      const tubed_StageStatus& stage = reports->status.stages[i];
+      for (std::uint32_t word = 0; word < std::size(kStates); ++word) {
+        state.add(labels_of(*reports, stage.name) + "," + label("state", kStates[word]),
+                  stage.state == word ? 1 : 0);
+      }
+    }
+  }
+}
+
+void for_each_stage(const Alive& alive,
+                    const std::function<void(const std::string&, const tubed_StageHealth&)>& visit) {
+  for (const InstrumentReports* reports : alive) {
+    const std::size_t count =
+        std::min<std::size_t>(reports->health.stage_count, std::size(reports->health.stages));
+    for (std::size_t i = 0; i < count; ++i) {
+      visit(labels_of(*reports, reports->health.stages[i].name), reports->health.stages[i]);
+    }
+  }
+}
+
+void write_stages(std::string& text, const Alive& alive) {
+  struct Counter {
+    const char* name;
+    const char* help;
+    std::uint64_t tubed_StageHealth::*value;
+    bool is_counted_only;  ///< where the daemon could not count, there is no sample
+  };
+  const Counter counters[]{
+      {"steps", "Steps a stage has done.", &tubed_StageHealth::steps, false},
+      {"outputs", "What a stage has handed on.", &tubed_StageHealth::outputs, false},
+      {"dropped", "Superseded before use, or no room.", &tubed_StageHealth::dropped, false},
+      {"refused", "Bad input, not used.", &tubed_StageHealth::refused, false},
+      {"reconnects", "Reconnections of a source.", &tubed_StageHealth::reconnects, false},
+      {"allocations", "Allocations of a stage's thread.", &tubed_StageHealth::allocations, true},
+      {"locks", "Mutexes a stage's thread has taken.", &tubed_StageHealth::locks, true},
+      {"exceptions", "Exceptions a stage's thread has thrown.", &tubed_StageHealth::exceptions, true},
+  };
+  for (const Counter& counter : counters) {
+    Family family(text, "tubed_stage_" + std::string(counter.name) + "_total", "counter", counter.help);
+    for_each_stage(alive, [&](const std::string& labels, const tubed_StageHealth& stage) {
+      if (!counter.is_counted_only || stage.allocations_counted) {
+        family.add(labels, static_cast<double>(stage.*counter.value));
+      }
+    });
+  }
+  Family busy(text, "tubed_stage_busy_seconds", "histogram",
+              "How long a stage's steps took; the sum is of the buckets' middles.");
+  for_each_stage(alive, [&](const std::string& labels, const tubed_StageHealth& stage) {
+    busy.add(labels, stage.busy);
+  });
+}
+
+}  // namespace
+
+std::string metrics_text(const std::map<std::string, InstrumentReports>& instruments, std::int64_t now_ns) {
+  std::string text;
+  Alive alive;
+  Family up(text, "tubed_up", "gauge", "Whether the daemon has reported on this instrument within 3 s.");
+  for (const auto& [id, reports] : instruments) {
+    const bool is_alive =
+        reports.health_received_ns > 0 && now_ns - reports.health_received_ns <= kSilence_ns &&
+        reports.status_received_ns > 0 && now_ns - reports.status_received_ns <= kSilence_ns;
+    up.add(label("instrument", id), is_alive ? 1 : 0);
+    if (is_alive) {
+      alive.push_back(&reports);
+    }
+  }
+  write_validity(text, alive);
+  write_estimates(text, alive);
+  write_states(text, alive);
+  write_stages(text, alive);
+  return text;
+}
+
+}  // namespace tubed

@@ -1,0 +1,72 @@
+#include "clients/exporter/metrics_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace tubed {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+InstrumentReports reports_at(std::int64_t received_ns) {
+  InstrumentReports reports;
+  std::strcpy(reports.health.instrument_id, "cath-1");
+  reports.status_received_ns = reports.health_received_ns = received_ns;
+  reports.status.validity = 1;
+  reports.health.validity_counts[1] = 42;
+  reports.health.stage_count = 1;
+  std::strcpy(reports.health.stages[0].name, "em");
+  reports.health.stages[0].steps = 7;
+  return reports;
+}
+
+bool says(const std::string& text, const std::string& line) {
+  return text.find(line + "\n") != std::string::npos;
+}
+
+TEST(MetricsText, CountsAndStatesCarryTheirInstrument) {
+  const std::string text = metrics_text({{"cath-1", reports_at(kSecond_ns)}}, kSecond_ns);
+  EXPECT_TRUE(says(text, R"(tubed_up{instrument="cath-1"} 1)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_validity{instrument="cath-1",validity="VALID"} 1)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_validity{instrument="cath-1",validity="INVALID"} 0)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_estimates_total{instrument="cath-1",validity="VALID"} 42)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_stage_steps_total{instrument="cath-1",stage="em"} 7)")) << text;
+}
+
+TEST(MetricsText, ASilentDaemonHasNoFigures) {
+  const std::string text = metrics_text({{"cath-1", reports_at(kSecond_ns)}}, 4 * kSecond_ns + 1);
+  EXPECT_TRUE(says(text, R"(tubed_up{instrument="cath-1"} 0)")) << text;
+  EXPECT_EQ(text.find("tubed_validity{"), std::string::npos) << text;
+  EXPECT_EQ(text.find("tubed_stage_steps_total{"), std::string::npos) << text;
+}
+
+TEST(MetricsText, BucketsOfAHistogramAddUp) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  reports.health.exposure_to_publish.buckets[0] = 2;   // below 1.19 us
+  reports.health.exposure_to_publish.buckets[4] = 3;   // 2 .. 2.38 us
+  reports.health.exposure_to_publish.buckets[95] = 1;  // the rest
+  const std::string text = metrics_text({{"cath-1", reports}}, kSecond_ns);
+  const std::string name = R"(tubed_exposure_to_publish_seconds_bucket{instrument="cath-1",le=)";
+  EXPECT_TRUE(says(text, name + R"("2e-06"} 2)")) << text;
+  EXPECT_TRUE(says(text, name + R"("4e-06"} 5)")) << text;
+  EXPECT_TRUE(says(text, name + R"("+Inf"} 6)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_exposure_to_publish_seconds_count{instrument="cath-1"} 6)")) << text;
+}
+
+TEST(MetricsText, WhatWasNotCountedIsNotZero) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  EXPECT_EQ(metrics_text({{"a", reports}}, kSecond_ns).find("tubed_stage_allocations_total{"),
+            std::string::npos);
+  reports.health.stages[0].allocations_counted = true;
+  EXPECT_NE(metrics_text({{"a", reports}}, kSecond_ns).find("tubed_stage_allocations_total{"),
+            std::string::npos);
+}
+
+TEST(MetricsText, QuotesInNamesAreEscaped) {
+  const std::string text = metrics_text({{"a\"b\\c", InstrumentReports{}}}, kSecond_ns);
+  EXPECT_TRUE(says(text, R"(tubed_up{instrument="a\"b\\c"} 0)")) << text;
+}
+
+}  // namespace
+}  // namespace tubed
