@@ -30,12 +30,14 @@ int reach_of(double sigma_px) {
 std::vector<float> gaussian_weights(double sigma_px) {
   const double sigma = smoothing_sigma(sigma_px);
   std::vector<double> weights;
+  weights.reserve(static_cast<std::size_t>(reach_of(sigma_px)) + 1);
   double sum = 0;
   for (int i = 0; i <= reach_of(sigma_px); ++i) {
     weights.push_back(std::exp(-0.5 * i * i / (sigma * sigma)));
     sum += (i == 0 ? 1 : 2) * weights.back();
   }
   std::vector<float> normalised;
+  normalised.reserve(weights.size());
   for (const double weight : weights) {
     normalised.push_back(static_cast<float>(weight / sum));
   }
@@ -45,6 +47,7 @@ std::vector<float> gaussian_weights(double sigma_px) {
 // Sum 65535, so that a sum of 16-bit products never exceeds 16 bits.
 std::vector<std::uint16_t> pair_weights(const std::vector<float>& weights) {
   std::vector<std::uint16_t> pairs{0};
+  pairs.reserve(weights.size());
   int left = 65535;
   for (std::size_t k = 1; k < weights.size(); ++k) {
     const int pair = static_cast<int>(std::lround(2 * 65536.0 * static_cast<double>(weights[k])));
