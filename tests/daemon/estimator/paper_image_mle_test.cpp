@@ -71,7 +71,7 @@ TEST(PaperImageMle, FromTheProjectionOfTheCoilsItComesAsFarWhenThatIsNear) {
   const Eigen::Matrix3Xd K_em = bench.true_knot_points().colwise() + Eigen::Vector3d(0.6, -0.4, 1);
   Eigen::Matrix3Xd K = K_em;
   mle.search(bench.image, K_em, true, K);
-  EXPECT_LT(bench.worst_px(K), 1);
+  EXPECT_LT(bench.worst_px(K), 1.5);
 }
 
 TEST(PaperImageMle, KnotPointsKeepTheirDepth) {
