@@ -20,6 +20,9 @@ class DdsOutlet final : public Outlet {
   /// `configuration` outlives this object. Throws what DdsPublisher throws.
   explicit DdsOutlet(const Configuration& configuration);
 
+  /// What tells this start of the daemon from others, in every sample.
+  [[nodiscard]] std::uint64_t daemon_start() const { return publisher_.daemon_start(); }
+
   void publish(const TubeEstimate& estimate) override;
   void publish_em(const EmFrame& frame) override;
   void publish_status(std::span<const NamedReport> reports, bool changed) override;

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 
 #include "daemon/config/load_configuration.hpp"
@@ -21,6 +22,7 @@
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/publishing/systemd_notify.hpp"
 #include "daemon/reload.hpp"
+#include "daemon/shm_outlet.hpp"
 
 namespace {
 
@@ -118,8 +120,12 @@ int run_daemon(const tubed::Configuration& configuration) {
   }
   lock_memory_if_wanted(configuration.pipeline);
   tubed::DdsOutlet dds(configuration);
+  std::optional<tubed::ShmOutlet> shm;
+  if (!configuration.shm.estimates_socket.empty()) {
+    shm.emplace(configuration, dds.daemon_start(), dds);
+  }
   tubed::SystemdNotify notify;
-  tubed::NotifyOutlet outlet(configuration, notify, dds);
+  tubed::NotifyOutlet outlet(configuration, notify, shm ? static_cast<tubed::Outlet&>(*shm) : dds);
   tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
                            configuration.pipeline, outlet);
   for (const std::string& refusal : pipeline.start()) {

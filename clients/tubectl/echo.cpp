@@ -1,10 +1,12 @@
 // tubectl echo: prints samples as they come.
 #include <chrono>
+#include <cstring>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <string>
 
+#include "clients/cpp/shm_tube_reader.hpp"
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/cpp/tube_subscriber.hpp"
 #include "clients/tubectl/dds_options.hpp"
@@ -19,6 +21,7 @@ using std::chrono::steady_clock;
 struct EchoArguments {
   Subscription subscription;
   std::string topic = "estimate";
+  std::string shm_socket;  // empty: DDS
   bool as_json = false;
   std::uint64_t count = std::numeric_limits<std::uint64_t>::max();
   double duration_s = 0;  // 0: for ever
@@ -50,12 +53,11 @@ class Budget {
   steady_clock::time_point until_;
 };
 
-void print_event(const TubeNews& news, bool as_json) {
+void print_event(std::string_view event, std::string_view instrument_id, bool as_json) {
   if (as_json) {
-    std::cout << nlohmann::json{{"event", name_of(news.event)}, {"instrument_id", news.instrument_id}}
-              << std::endl;
+    std::cout << nlohmann::json{{"event", event}, {"instrument_id", instrument_id}} << std::endl;
   } else {
-    std::cout << news.instrument_id << " NO SHAPE: " << name_of(news.event) << std::endl;
+    std::cout << instrument_id << " NO SHAPE: " << event << std::endl;
   }
 }
 
@@ -80,8 +82,36 @@ std::uint64_t echo_estimates(const EchoArguments& arguments) {
       print_estimate(*news.sample, arguments.as_json);
       budget.spend_one();
     } else if (news.event != TubeEvent::kTimeout) {
-      print_event(news, arguments.as_json);
+      print_event(name_of(news.event), news.instrument_id, arguments.as_json);
     }
+  }
+  return budget.printed();
+}
+
+/// The same from shared memory: one struct under two names (daemon/publishing/shm_publisher.cpp compares
+/// them).
+std::uint64_t echo_shm(const EchoArguments& arguments) {
+  ShmTubeReader reader({.socket = arguments.shm_socket,
+                        .instrument_id = arguments.subscription.instrument_id,
+                        .delivery = ShmDelivery::kEvery,
+                        .trusted = {}});
+  Budget budget(arguments);
+  auto sample = std::make_unique<TubeSample>();
+  while (!budget.is_spent()) {
+    const ShmTubeNews news = reader.wait_for(Budget::wait());
+    if (news.estimate != nullptr) {
+      static_assert(sizeof(sample->estimate) == sizeof(*news.estimate));
+      std::memcpy(&sample->estimate, news.estimate, sizeof(sample->estimate));
+      sample->received_monotonic_ns = news.received_monotonic_ns;
+      sample->lost_before = news.lost_before;
+      print_estimate(*sample, arguments.as_json);
+      budget.spend_one();
+    } else if (news.event != ShmTubeEvent::kTimeout) {
+      print_event(name_of(news.event), sample->estimate.instrument_id, arguments.as_json);
+    }
+  }
+  if (budget.printed() == 0) {
+    std::cerr << "tubectl: " << reader.why() << '\n';
   }
   return budget.printed();
 }
@@ -100,6 +130,7 @@ std::uint64_t echo_topic(const EchoArguments& arguments) {
 }
 
 std::uint64_t echo(const EchoArguments& arguments) {
+  if (!arguments.shm_socket.empty()) return echo_shm(arguments);
   if (arguments.topic == "em") return echo_topic<tubed_EmSamples>(arguments);
   if (arguments.topic == "status") return echo_topic<tubed_TubeStatus>(arguments);
   if (arguments.topic == "identity") return echo_topic<tubed_TubeIdentity>(arguments);
@@ -129,6 +160,10 @@ CLI::App* add_echo(CLI::App& app, int& exit_code) {
       ->check(CLI::PositiveNumber)
       ->default_str("never");
   verb->add_flag("--json", arguments->as_json, "One JSON object a line, with every field");
+  verb->add_option("--shm", arguments->shm_socket,
+                   "Read estimates from shared memory instead of DDS: the daemon's [shm] estimates_socket")
+      ->default_str("DDS")
+      ->excludes("--topic");
   add_dds_options(*verb, arguments->subscription);
   verb->callback([arguments, &exit_code] { exit_code = run_echo(*arguments); });
   return verb;

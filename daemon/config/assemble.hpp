@@ -13,6 +13,8 @@ using Problems = std::vector<ConfigurationProblem>;
 /// [daemon], [realtime] and the back-off of [em].
 PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems);
 DdsSettings dds_settings(const CheckedTable& file);
+/// Relative paths are relative to `folder`, the configuration's.
+ShmSettings shm_settings(const CheckedTable& file, const std::filesystem::path& folder);
 FrangiSettings frangi_settings(const CheckedTable& file);
 
 /// Registration, cameras and instruments.

@@ -103,6 +103,15 @@ DdsSettings dds_settings(const CheckedTable& file) {
   return settings;
 }
 
+ShmSettings shm_settings(const CheckedTable& file, const std::filesystem::path& folder) {
+  const CheckedTable& shm = file.one("shm");
+  ShmSettings settings;
+  const std::filesystem::path socket = shm.get<std::string>("estimates_socket");
+  settings.estimates_socket = socket.empty() ? "" : (folder / socket).lexically_normal().string();
+  settings.group = shm.get<std::string>("group");
+  return settings;
+}
+
 FrangiSettings frangi_settings(const CheckedTable& file) {
   const CheckedTable& frangi = file.one("frangi");
   FrangiSettings settings;

@@ -10,6 +10,7 @@
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
 #include "daemon/publishing/dds_settings.hpp"
+#include "daemon/publishing/shm_settings.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/room.hpp"
 
@@ -30,6 +31,7 @@ struct Configuration {
 
   PipelineSettings pipeline;
   DdsSettings dds;
+  ShmSettings shm;
   FrangiSettings frangi;
   RoomDescription room;
   std::optional<double>

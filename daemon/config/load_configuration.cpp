@@ -75,6 +75,7 @@ Configuration parse_configuration(std::string_view text, const std::filesystem::
   configuration.log_level = checked.one("daemon").get<std::string>("log_level");
   configuration.pipeline = pipeline_settings(checked, problems);
   configuration.dds = dds_settings(checked);
+  configuration.shm = shm_settings(checked, file.parent_path());
   configuration.frangi = frangi_settings(checked);
   configuration.room = room_description(checked, problems);
   configuration.estimators = estimator_settings(checked, problems);

@@ -9,6 +9,7 @@
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
 #include "daemon/publishing/dds_settings.hpp"
+#include "daemon/publishing/shm_settings.hpp"
 #include "idl/estimate.hpp"
 
 namespace tubed {
@@ -129,6 +130,18 @@ TableDescription dds_table() {
                         "name or address of the interface; lo = nothing leaves this host"),
                    text("world_frame", defaults.world_frame, {1, 64, true, ""},
                         "what the world frame is, in words")}};
+}
+
+TableDescription shm_table() {
+  const ShmSettings defaults;
+  return {
+      .name = "shm",
+      .meaning = "estimates for software on the same machine, through shared memory, beside DDS",
+      .keys = {
+          text("estimates_socket", defaults.estimates_socket, {0, 107, true, ""},
+               "path of the socket where readers get them, such as /run/tubed/estimates.sock; empty = none"),
+          text("group", defaults.group, {0, 32, true, ""},
+               "group whose members may read; empty = root and the daemon's user only")}};
 }
 
 TableDescription em_table(const std::vector<std::string>& driver_names) {
@@ -329,7 +342,7 @@ TableDescription configuration_schema(const std::vector<DriverDescription>& avai
   }
   TableDescription file{
       .meaning = "tubed's configuration",
-      .tables = {daemon_table(), realtime_table(), dds_table(), em_table(em_drivers),
+      .tables = {daemon_table(), realtime_table(), dds_table(), shm_table(), em_table(em_drivers),
                  camera_table(image_drivers), instrument_table(), estimator_table(), frangi_table()}};
   for (const DriverDescription& driver : available) {
     file.tables.push_back(driver_table(driver));

@@ -1,6 +1,7 @@
 #include "drivers/driver_registry/driver_registry.hpp"
 
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
+#include "drivers/image_shm/image_shm_driver.hpp"
 #include "drivers/replay/replay_driver.hpp"
 #include "drivers/simulation/simulation_driver.hpp"
 
@@ -55,6 +56,20 @@ DriverDescription replay() {
           }};
 }
 
+DriverDescription image_shm() {
+  return {"image_shm",
+          "images of a frame grabber's program on this machine, through shared memory",
+          Origin::kDevice,
+          image_shm_settings(),
+          {},
+          [](const SourceContext& context, int camera_index) {
+            const CameraCalibration& camera = context.room.cameras.at(static_cast<std::size_t>(camera_index));
+            return make_shm_image_source(
+                context.room, context.settings,
+                image_shm_socket(context.device, camera.name, context.configuration_folder), camera_index);
+          }};
+}
+
 DriverDescription simulation() {
   return {"simulation",
           "a catheter in an aortic arch, without any hardware",
@@ -71,7 +86,7 @@ DriverDescription simulation() {
 }  // namespace
 
 const std::vector<DriverDescription>& drivers() {
-  static const std::vector<DriverDescription> all = {aurora_serial(), replay(), simulation()};
+  static const std::vector<DriverDescription> all = {aurora_serial(), replay(), image_shm(), simulation()};
   return all;
 }
 

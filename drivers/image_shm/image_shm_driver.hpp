@@ -1,0 +1,28 @@
+// Driver "image_shm": images of a frame grabber's program on the same machine, through shared memory.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/interface/driver_settings.hpp"
+#include "drivers/interface/image_source.hpp"
+#include "drivers/interface/room.hpp"
+
+namespace tubed {
+
+/// Keys of the table [image_shm].
+std::vector<SettingDescription> image_shm_settings();
+
+/// The socket of a camera: `device` of its [[camera]], relative to `folder`; empty:
+/// /run/tubed/image-NAME.sock.
+std::string image_shm_socket(const std::string& device, const std::string& camera,
+                             const std::filesystem::path& folder);
+
+/// A source for camera `camera_index` of the room. Throws std::runtime_error for a user that does not exist.
+std::unique_ptr<ImageSource> make_shm_image_source(const RoomDescription& room,
+                                                   const DriverSettings& settings, const std::string& socket,
+                                                   int camera_index);
+
+}  // namespace tubed
