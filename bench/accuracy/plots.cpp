@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bench/accuracy/svg.hpp"
+#include "bench/support/svg.hpp"
 #include "clients/tubectl/statistics.hpp"
 
 namespace tubed {

@@ -117,8 +117,8 @@ void use_instruction_set(std::int64_t target) {
 
 std::map<std::string, double> per_pixel(const TurnTimes& times, double pixels) {
   return {{"pixels", pixels},
-          {"ns_per_px", quantile(times.own_ms, 0.5) * 1e6 / pixels},
-          {"min_ns_per_px", quantile(times.own_ms, 0) * 1e6 / pixels}};
+          {"ns_per_px", percentile(times.own_ms, 50) * 1e6 / pixels},
+          {"min_ns_per_px", percentile(times.own_ms, 0) * 1e6 / pixels}};
 }
 
 // Beside OpenCV's, on the same 8-bit image with the same settings.
@@ -152,8 +152,8 @@ void measure_pair(const Case& c, const Case& other, const StageChoice& choice, R
       {.turns = choice.turns, .calls_own = c.on_band ? 10 : 2, .calls_peer = 2}, [&] { own.run(); },
       [&] { peer.run(); });
   auto extra = per_pixel(times, own.pixels());
-  extra["peer_ns_per_px"] = quantile(times.peer_ms, 0.5) * 1e6 / peer.pixels();
-  extra["peer_min_ns_per_px"] = quantile(times.peer_ms, 0) * 1e6 / peer.pixels();
+  extra["peer_ns_per_px"] = percentile(times.peer_ms, 50) * 1e6 / peer.pixels();
+  extra["peer_min_ns_per_px"] = percentile(times.peer_ms, 0) * 1e6 / peer.pixels();
   report.add(name, other.name(), times, extra);
 }
 

@@ -14,33 +14,91 @@ namespace tubed {
 
 namespace {
 
+constexpr std::size_t kFewestForDistribution = 100;
+constexpr double kMostDrift = 1.15;
+
+/// [[percent, value], ..]: nine steps a decade towards 100 %, as far as there are values for them.
+nlohmann::ordered_json percentile_curve(const std::vector<double>& unsorted) {
+  std::vector<double> values = unsorted;
+  std::sort(values.begin(), values.end());
+  nlohmann::ordered_json curve = nlohmann::ordered_json::array();
+  for (int step = 1; step < 50; ++step) {
+    curve.push_back({step, percentile(values, step)});
+  }
+  for (double beyond = 50; beyond * static_cast<double>(values.size()) / 100 >= 1; beyond *= 0.8) {
+    curve.push_back({100 - beyond, percentile(values, 100 - beyond)});
+  }
+  curve.push_back({100, values.back()});
+  return curve;
+}
+
+/// [[lower edge, upper edge, count], ..]: 20 bins a decade; values of 0 and below are in the lowest.
+nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
+  constexpr double kBinsADecade = 20;
+  constexpr double kLowest = 1e-9;
+  std::map<int, int> counts;
+  for (const double value : values) {
+    ++counts[static_cast<int>(std::floor(std::log10(std::max(value, kLowest)) * kBinsADecade))];
+  }
+  nlohmann::ordered_json bins = nlohmann::ordered_json::array();
+  for (const auto& [bin, count] : counts) {
+    bins.push_back({std::pow(10, bin / kBinsADecade), std::pow(10, (bin + 1) / kBinsADecade), count});
+  }
+  return bins;
+}
+
+/// [[t_s, median, greatest], ..] of stretches of equal count, at most 300 of them.
+nlohmann::ordered_json series(const ReportRow& row) {
+  constexpr std::size_t kMostPoints = 300;
+  const std::size_t stretch = row.values.size() / kMostPoints + 1;
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (std::size_t begin = 0; begin < row.values.size(); begin += stretch) {
+    const std::size_t end = std::min(begin + stretch, row.values.size());
+    const std::vector<double> part(row.values.begin() + static_cast<std::ptrdiff_t>(begin),
+                                   row.values.begin() + static_cast<std::ptrdiff_t>(end));
+    points.push_back({row.t_s[begin], percentile(part, 50), percentile(part, 100)});
+  }
+  return points;
+}
+
 nlohmann::ordered_json json_of(const ReportRow& row) {
   nlohmann::ordered_json json{{"name", row.name},
                               {"unit", row.unit},
                               {"n", row.values.size()},
-                              {"min", quantile(row.values, 0)},
-                              {"p50", quantile(row.values, 0.5)},
-                              {"p90", quantile(row.values, 0.9)},
-                              {"p99", quantile(row.values, 0.99)},
+                              {"min", percentile(row.values, 0)},
+                              {"p50", percentile(row.values, 50)},
+                              {"p90", percentile(row.values, 90)},
+                              {"p99", percentile(row.values, 99)},
+                              {"max", percentile(row.values, 100)},
                               {"drift", drift(row.values)}};
+  if (is_unsteady(row.values)) {
+    json["flagged"] = true;
+  }
   if (!row.peer.empty()) {
     json["peer"] = row.peer;
-    json["peer_min"] = quantile(row.peer_values, 0);
-    json["peer_p50"] = quantile(row.peer_values, 0.5);
-    json["speedup"] = quantile(row.peer_values, 0.5) / quantile(row.values, 0.5);
-    json["speedup_min"] = quantile(row.peer_values, 0) / quantile(row.values, 0);
+    json["peer_min"] = percentile(row.peer_values, 0);
+    json["peer_p50"] = percentile(row.peer_values, 50);
+    json["speedup"] = percentile(row.peer_values, 50) / percentile(row.values, 50);
+    json["speedup_min"] = percentile(row.peer_values, 0) / percentile(row.values, 0);
   }
   for (const auto& [key, value] : row.extra) {
     json[key] = value;
+  }
+  if (row.values.size() >= kFewestForDistribution) {
+    json["curve"] = percentile_curve(row.values);
+    json["histogram"] = log_histogram(row.values);
+  }
+  if (!row.t_s.empty()) {
+    json["series"] = series(row);
   }
   return json;
 }
 
 }  // namespace
 
-double quantile(std::vector<double> values, double q) {
+double percentile(std::vector<double> values, double percent) {
   std::sort(values.begin(), values.end());
-  const double place = q * static_cast<double>(values.size() - 1);
+  const double place = percent / 100 * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(std::floor(place));
   const std::size_t above = std::min(below + 1, values.size() - 1);
   return values[below] + (place - std::floor(place)) * (values[above] - values[below]);
@@ -51,10 +109,18 @@ double drift(const std::vector<double>& values) {
     return 1;
   }
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  return quantile({middle, values.end()}, 0.5) / quantile({values.begin(), middle}, 0.5);
+  return percentile({middle, values.end()}, 50) / percentile({values.begin(), middle}, 50);
+}
+
+bool is_unsteady(const std::vector<double>& values) {
+  const double ratio = drift(values);
+  return ratio > kMostDrift || ratio < 1 / kMostDrift;
 }
 
 void Report::add(ReportRow row) {
+  if (row.t_s.size() != row.values.size() && !row.t_s.empty()) {
+    throw std::invalid_argument("report row '" + row.name + "' has not one time a value");
+  }
   if (row.values.empty() || (!row.peer.empty() && row.peer_values.empty())) {
     throw std::invalid_argument("report row '" + row.name + "' has no values");
   }
@@ -63,7 +129,7 @@ void Report::add(ReportRow row) {
 
 void Report::add(const std::string& name, const std::string& peer, TurnTimes times,
                  std::map<std::string, double> extra) {
-  add({name, "ms", std::move(times.own_ms), peer, std::move(times.peer_ms), std::move(extra)});
+  add({name, "ms", std::move(times.own_ms), peer, std::move(times.peer_ms), std::move(extra), {}});
 }
 
 std::string Report::json() const {
@@ -75,6 +141,9 @@ std::string Report::json() const {
                      {"kernel", machine.kernel},
                      {"flags", machine.flags},
                      {"load", machine.load}};
+  if (!command_.empty()) {
+    json["command"] = command_;
+  }
   json["rows"] = nlohmann::ordered_json::array();
   for (const ReportRow& row : rows_) {
     json["rows"].push_back(json_of(row));
@@ -93,17 +162,17 @@ std::string Report::table() const {
                 "drift", "peer p50", "speed-up", "peer");
   std::string text = line.data();
   for (const ReportRow& row : rows_) {
-    const double p50 = quantile(row.values, 0.5);
+    const double p50 = percentile(row.values, 50);
     std::snprintf(line.data(), line.size(), "%-*s %7.3f %-2s %10.3f %6.2f", width, row.name.c_str(), p50,
-                  row.unit.c_str(), quantile(row.values, 0), drift(row.values));
+                  row.unit.c_str(), percentile(row.values, 0), drift(row.values));
     text += line.data();
     if (!row.peer.empty()) {
-      const double peer_p50 = quantile(row.peer_values, 0.5);
+      const double peer_p50 = percentile(row.peer_values, 50);
       std::snprintf(line.data(), line.size(), " %10.3f %8.2f  %.100s", peer_p50, peer_p50 / p50,
                     row.peer.c_str());
       text += line.data();
     }
-    text += '\n';
+    text += is_unsteady(row.values) ? "  UNSTEADY\n" : "\n";
   }
   return text;
 }

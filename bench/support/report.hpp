@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/support/interleave.hpp"
@@ -17,13 +18,17 @@ struct ReportRow {
   std::string peer;                     ///< what it was compared with by turns; empty: nothing
   std::vector<double> peer_values;      ///< as many turns of the peer
   std::map<std::string, double> extra;  ///< further members of the row: {"ns_per_px": 1.9}
+  std::vector<double> t_s;              ///< when each value was measured; empty: no series is written
 };
 
-/// The q-quantile (0 .. 1) of `values`, linear between neighbours. Precondition: not empty.
-double quantile(std::vector<double> values, double q);
+/// That percentile (0 .. 100) of `values`, linear between neighbours. Precondition: not empty.
+double percentile(std::vector<double> values, double percent);
 
 /// Ratio of the medians of the second to the first half: 1 when the machine stayed the same meanwhile.
 double drift(const std::vector<double>& values);
+
+/// The two halves differ by more than 15 %: something else happened to the machine, measure again.
+bool is_unsteady(const std::vector<double>& values);
 
 /// Collects rows, then writes them. Rows keep their order.
 class Report {
@@ -35,8 +40,13 @@ class Report {
   void add(const std::string& name, const std::string& peer, TurnTimes times,
            std::map<std::string, double> extra = {});
 
-  /// {"git", "machine", "rows": [{"name", "unit", "n", "min", "p50", "p90", "p99", "drift", with a peer
-  /// "peer", "peer_min", "peer_p50", "speedup" = peer_p50 / p50, "speedup_min" = peer_min / min}]}.
+  /// What was typed to get these figures; written as "command".
+  void set_command(std::string command) { command_ = std::move(command); }
+
+  /// {"git", "machine", "command", "rows": [{"name", "unit", "n", "min", "p50", "p90", "p99", "max", "drift",
+  /// "flagged" when unsteady, with a peer "peer", "peer_min", "peer_p50", "speedup" = peer_p50 / p50,
+  /// "speedup_min" = peer_min / min; from 100 values on "curve" [[percent, value]] and "histogram" [[from,
+  /// to, count]]; with times "series" [[t_s, median, max]]}]}.
   [[nodiscard]] std::string json() const;
 
   /// name, p50, min, peer's p50, speed-up; one line a row, aligned.
@@ -45,6 +55,7 @@ class Report {
   [[nodiscard]] const std::vector<ReportRow>& rows() const { return rows_; }
 
  private:
+  std::string command_;
   std::vector<ReportRow> rows_;
 };
 

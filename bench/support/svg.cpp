@@ -1,4 +1,4 @@
-#include "bench/accuracy/svg.hpp"
+#include "bench/support/svg.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -1,0 +1,48 @@
+#include "bench/support/own_network.hpp"
+
+#include <net/if.h>
+#include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/mount.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+namespace tubed {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::runtime_error("cannot " + what + " (" + std::strerror(errno) +
+                           "): it measures in a network of its own, so run it as root or allow unprivileged "
+                           "user namespaces (sysctl kernel.unprivileged_userns_clone=1)");
+}
+
+void bring_loopback_up() {
+  const int control = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ifreq request{};
+  std::strncpy(request.ifr_name, "lo", IFNAMSIZ - 1);
+  request.ifr_flags = IFF_UP | IFF_RUNNING;
+  const bool is_up = control >= 0 && ioctl(control, SIOCSIFFLAGS, &request) == 0;
+  close(control);
+  if (!is_up) refuse("bring the loopback interface up");
+}
+
+}  // namespace
+
+void enter_own_network() {
+  const int wanted = CLONE_NEWNET | CLONE_NEWNS | CLONE_NEWIPC;
+  if (unshare(geteuid() == 0 ? wanted : wanted | CLONE_NEWUSER) != 0) refuse("enter namespaces of its own");
+  if (mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("tmpfs", "/dev/shm", "tmpfs", 0, nullptr) != 0 ||
+      mount("tmpfs", "/tmp", "tmpfs", 0, nullptr) != 0) {
+    refuse("mount a /dev/shm and /tmp of its own");
+  }
+  bring_loopback_up();
+}
+
+}  // namespace tubed
