@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/tubectl/simulation_settings.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "daemon/config/load_configuration.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
@@ -112,14 +113,14 @@ Measurable from_simulation(const RoomDescription& room, const DriverSettings& se
 /// The catheters of a daemon's configuration, moved as its simulated fluoroscope shows them.
 Measurable from_configuration(const std::string& file, double rate_hz) {
   const Configuration configuration = load_configuration(file);
-  for (const SourceChoice& source : configuration.image_sources) {
-    if (source.driver == "simulation") {
-      return from_simulation(configuration.room, source.settings, rate_hz);
-    }
+  const DriverSettings* const simulation = simulation_in(configuration);
+  if (simulation == nullptr) {
+    throw std::runtime_error(
+        file +
+        ": no camera with driver = \"simulation\", so that there is no motion to emulate; "
+        "play a sequence folder with --play instead");
   }
-  throw std::runtime_error(file +
-                           ": no camera with driver = \"simulation\", so that there is no motion to emulate; "
-                           "play a sequence folder with --play instead");
+  return from_simulation(configuration.room, *simulation, rate_hz);
 }
 
 Measurable measurable(const EmulatorOptions& options, MonotonicTime start) {

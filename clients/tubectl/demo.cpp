@@ -8,6 +8,7 @@
 #include <csignal>
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/tubectl/demo_daemon.hpp"
@@ -31,7 +32,14 @@ struct DemoOptions {
   int domain = -1;
   std::int64_t seed = 1;
   std::string preset = "arch";
+  std::string tracker = "simulation";
 };
+
+DemoTracker tracker_named(const std::string& name) {
+  return name == "aurora-serial" ? DemoTracker::kAuroraSerial : DemoTracker::kSimulation;
+}
+
+constexpr std::size_t kLastWords = 20;
 
 volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
 
@@ -39,7 +47,8 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain, to_ns(steady_clock::now()), options.seed, options.preset},
+      : scene_{options.domain, to_ns(steady_clock::now()), options.seed, options.preset,
+               tracker_named(options.tracker)},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -111,9 +120,9 @@ class Demo {
   bool black_ = false;
 };
 
-int say_daemon_ended(Demo& demo) {
-  std::cerr << "tubectl demo: tubed has ended by itself; its last words:\n";
-  for (const std::string& line : demo.daemon().log_tail(20)) {
+int say_ended(const EndedProgram& ended) {
+  std::cerr << "tubectl demo: " << ended.name << " has ended by itself; its last words:\n";
+  for (const std::string& line : ended.last_words) {
     std::cerr << "  " << line << '\n';
   }
   return kExitFailed;
@@ -161,8 +170,8 @@ int run_headless(Demo& demo, const DemoOptions& options) {
   int second = 0;
   while (steady_clock::now() < end && interrupted == 0) {
     demo.listen(std::min(milliseconds(1000), std::chrono::ceil<milliseconds>(end - steady_clock::now())));
-    if (!demo.daemon().is_running()) {
-      return say_daemon_ended(demo);
+    if (const auto ended = demo.daemon().ended(kLastWords)) {
+      return say_ended(*ended);
     }
     std::cerr << "\r" << ++second << " s, " << demo.figures().samples() << " samples " << std::flush;
   }
@@ -180,10 +189,10 @@ int run_headless(Demo& demo, const DemoOptions& options) {
 }
 
 int run_live(Demo& demo, const DemoOptions& options) {
-  int status = kExitOk;
+  std::optional<EndedProgram> ended;
   {
     LiveTerminal terminal;
-    while (interrupted == 0) {
+    while (interrupted == 0 && !ended) {
       demo.listen(milliseconds(66));
       const char key = terminal.key();
       if (key == 'q') {
@@ -195,14 +204,11 @@ int run_live(Demo& demo, const DemoOptions& options) {
         size = {40, 100, 0, 0};
       }
       std::cout << draw_demo(demo.figures(), demo.shapes(), size.ws_row, size.ws_col) << std::flush;
-      if (!demo.daemon().is_running()) {
-        status = kExitFailed;
-        break;
-      }
+      ended = demo.daemon().ended(kLastWords);
     }
   }
-  if (status != kExitOk) {
-    return say_daemon_ended(demo);
+  if (ended) {
+    return say_ended(*ended);
   }
   const nlohmann::json report = demo.figures().summary();
   print_summary(report);
@@ -238,6 +244,10 @@ CLI::App* add_demo(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 230));
   verb->add_option("--preset", options->preset, "what is simulated; all but arch take some seconds to start")
       ->check(CLI::IsMember({"arch", "paper", "field", "frozen", "clinical", "biplane"}))
+      ->capture_default_str();
+  verb->add_option("--tracker", options->tracker,
+                   "aurora-serial: an emulated NDI Aurora at a pseudo-terminal, read by the real driver")
+      ->check(CLI::IsMember({"simulation", "aurora-serial"}))
       ->capture_default_str();
   verb->add_option("--seed", options->seed, "of the simulated noise")->capture_default_str();
   verb->callback([options, &exit_code] { exit_code = run(*options); });

@@ -1,14 +1,10 @@
 #include "clients/tubectl/demo_daemon.hpp"
 
-#include <fcntl.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -51,6 +47,11 @@ fs::path find_tubed() {
                            ", in ../sbin or in PATH; build it with ./run build");
 }
 
+fs::path port_in(const fs::path& folder) { return folder / "aurora"; }
+
+/// Where a simulated source, or the emulated tracker, takes commands.
+fs::path socket_in(const fs::path& folder, const std::string& source) { return folder / (source + ".sock"); }
+
 std::string toml_number(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.12f", value);
@@ -81,23 +82,30 @@ RoomDescription room_of(const DemoScene& scene) {
   return room;
 }
 
-[[noreturn]] void become_daemon(const fs::path& program, const fs::path& configuration, const fs::path& log) {
-  // The daemon must not outlive a demonstration that was killed.
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  dup2(file, STDOUT_FILENO);
-  dup2(file, STDERR_FILENO);
-  setsid();
-  execl(program.c_str(), program.c_str(), "--config", configuration.c_str(), static_cast<char*>(nullptr));
-  _exit(127);
+std::string instrument_text(const char* id, const char* mode, DemoTracker tracker) {
+  std::string text = std::string("[[instrument]]\nid = \"") + id + "\"\nmode = \"" + mode +
+                     "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
+  int sensor = 0;
+  for (const char* offset : {"10.0", "90.0", "170.0", "270.0", "370.0"}) {
+    text += "[[instrument.coil]]\nsensor = " + std::to_string(++sensor) + "\noffset_from_tip_mm = " + offset +
+            "\n";
+    if (tracker == DemoTracker::kAuroraSerial) {  // as the emulator plugs them in: two on a port
+      text += "port = " + std::to_string((sensor + 1) / 2) +
+              "\nchannel = " + std::to_string((sensor + 1) % 2) + "\n";
+    }
+  }
+  return text + "\n";
 }
 
 }  // namespace
 
 std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
   const RoomDescription room = room_of(scene);
+  const bool serial = scene.tracker == DemoTracker::kAuroraSerial;
   std::string text = "# Written by tubectl demo.\n[dds]\ndomain = " + std::to_string(scene.domain) + "\n\n";
-  text += "[em]\ndriver = \"simulation\"\nT_world_em = " + toml_matrix(room.T_world_em) + "\n\n";
+  text += std::string("[em]\ndriver = \"") + (serial ? "aurora-serial" : "simulation") +
+          "\"\nT_world_em = " + toml_matrix(room.T_world_em) + "\n";
+  text += serial ? "device = \"" + port_in(folder).string() + "\"\n\n" : "\n";
   for (const CameraCalibration& camera : room.cameras) {
     text += "[[camera]]\nname = \"" + camera.name + "\"\nwidth = " + std::to_string(camera.width) +
             "\nheight = " + std::to_string(camera.height) + "\nfx = " + toml_number(camera.fx) +
@@ -106,61 +114,46 @@ std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
             "\ndistortion = [0, 0, 0, 0, 0]\nT_camera_world = " + toml_matrix(camera.T_camera_world) +
             "\ndriver = \"simulation\"\n\n";
   }
-  for (const bool em_only : {false, true}) {
-    text += std::string("[[instrument]]\nid = \"cath-1") + (em_only ? "-em" : "") + "\"\nmode = \"" +
-            (em_only ? "em" : "filter") + "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
-    int sensor = 0;
-    for (const char* offset : {"10.0", "90.0", "170.0", "270.0", "370.0"}) {
-      text += "[[instrument.coil]]\nsensor = " + std::to_string(++sensor) +
-              "\noffset_from_tip_mm = " + offset + "\n";
-    }
-    text += "\n";
-  }
+  text +=
+      instrument_text("cath-1", "filter", scene.tracker) + instrument_text("cath-1-em", "em", scene.tracker);
   text += "[simulation]\npreset = \"" + scene.preset + "\"\nseed = " + std::to_string(scene.seed) +
           "\nepoch_ns = " + std::to_string(scene.epoch_ns) + "\ncontrol_folder = \"" + folder.string() +
           "\"\n";
   return text;
 }
 
-DemoDaemon::DemoDaemon(const DemoScene& scene) : folder_(new_folder()) {
+DemoDaemon::DemoDaemon(const DemoScene& scene)
+    : folder_(new_folder()), configuration_(demo_configuration(scene, folder_.path)) {
   const fs::path program = find_tubed();
-  configuration_ = demo_configuration(scene, folder_);
-  const fs::path file = folder_ / "tubed.toml";
+  const fs::path file = folder() / "tubed.toml";
   std::ofstream(file) << configuration_;
-  process_ = fork();
-  if (process_ < 0) {
-    throw std::runtime_error(std::string("cannot start tubed: ") + std::strerror(errno));
+  if (scene.tracker == DemoTracker::kAuroraSerial) {
+    tracker_.emplace(std::vector<std::string>{fs::read_symlink("/proc/self/exe").string(), "aurora-emulator",
+                                              "--config", file.string(), "--link", port_in(folder()).string(),
+                                              "--control", socket_in(folder(), "em").string()},
+                     folder() / "tracker.log");
   }
-  if (process_ == 0) {
-    become_daemon(program, file, folder_ / "tubed.log");
-  }
+  daemon_.emplace(std::vector<std::string>{program.string(), "--config", file.string()},
+                  folder() / "tubed.log");
 }
 
-DemoDaemon::~DemoDaemon() {
-  if (process_ > 0) {
-    kill(process_, SIGTERM);
-    int status = 0;
-    for (int tries = 0; tries < 300 && waitpid(process_, &status, WNOHANG) == 0; ++tries) {
-      usleep(10'000);
-      if (tries == 200) {
-        kill(process_, SIGKILL);
-      }
-    }
+std::optional<EndedProgram> DemoDaemon::ended(std::size_t lines) {
+  if (tracker_ && !tracker_->is_running()) {
+    return EndedProgram{"the emulated tracker", tracker_->log_tail(lines)};
   }
+  if (!daemon_->is_running()) {
+    return EndedProgram{"tubed", daemon_->log_tail(lines)};
+  }
+  return std::nullopt;
+}
+
+DemoFolder::~DemoFolder() {
   std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
-
-bool DemoDaemon::is_running() {
-  int status = 0;
-  if (process_ > 0 && waitpid(process_, &status, WNOHANG) == process_) {
-    process_ = -1;
-  }
-  return process_ > 0;
+  fs::remove_all(path, ignored);
 }
 
 bool DemoDaemon::command(const std::string& source, const std::string& words) const {
-  const std::string path = (folder_ / (source + ".sock")).string();
+  const std::string path = socket_in(folder(), source).string();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) {
@@ -175,18 +168,6 @@ bool DemoDaemon::command(const std::string& source, const std::string& words) co
                               reinterpret_cast<const sockaddr*>(&address), sizeof address);
   close(descriptor);
   return sent == static_cast<ssize_t>(words.size());
-}
-
-std::vector<std::string> DemoDaemon::log_tail(std::size_t lines) const {
-  std::vector<std::string> all;
-  std::ifstream log(folder_ / "tubed.log");
-  for (std::string line; std::getline(log, line);) {
-    all.push_back(line);
-  }
-  if (all.size() > lines) {
-    all.erase(all.begin(), all.end() - static_cast<std::ptrdiff_t>(lines));
-  }
-  return all;
 }
 
 }  // namespace tubed

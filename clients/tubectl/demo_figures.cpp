@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clients/cpp/centreline.hpp"
+#include "clients/tubectl/simulation_settings.hpp"
 #include "clients/tubectl/statistics.hpp"
 #include "idl/estimate.hpp"
 #include "idl/validity.hpp"
@@ -31,7 +32,7 @@ std::vector<T> last_of(const std::vector<T>& values, std::size_t count) {
 }  // namespace
 
 DemoFigures::DemoFigures(const Configuration& configuration)
-    : world_(configuration.room, configuration.em_source.settings),
+    : world_(configuration.room, *simulation_in(configuration)),
       camera_(configuration.room.cameras.front()) {}
 
 SampledCentreline DemoFigures::truth_at(std::int64_t valid_time_monotonic_ns) const {

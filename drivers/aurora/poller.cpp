@@ -49,6 +49,9 @@ void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) no
   std::copy_n(handles.begin(), handle_count_, tracked_.begin());
   std::transform(tracked_.begin(), tracked_.begin() + static_cast<std::ptrdiff_t>(handle_count_),
                  handles_.begin(), [](const TrackedHandle& tracked) { return tracked.handle; });
+  const auto end = tracked_.begin() + static_cast<std::ptrdiff_t>(handle_count_);
+  simulated_ =
+      std::any_of(tracked_.begin(), end, [](const TrackedHandle& tracked) { return tracked.simulated; });
   newest_ = {};
   counter_.reset();
   clock_.reset();
@@ -341,7 +344,7 @@ void Poller::fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) 
   frame.measured = clock_.range(measurement).middle() - settings_.latency;
   frame.measured = std::max(frame.measured, last_time_ + std::chrono::microseconds(1));
   frame.tracker_frame = last_number_;
-  frame.origin = Origin::kDevice;
+  frame.origin = simulated_ ? Origin::kSimulated : Origin::kDevice;
   frame.coil_count = coils_.coil_count();
   CoilSample absent;
   absent.status = CoilStatus::kDisabled;

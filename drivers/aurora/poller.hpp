@@ -17,6 +17,7 @@ namespace tubed::aurora {
 struct TrackedHandle {
   std::uint8_t handle = 0;
   int coil = 0;
+  bool simulated = false;
 };
 
 struct PollerSettings {
@@ -84,6 +85,7 @@ class Poller {
   std::array<TrackedHandle, kMaxTrackerCoils> tracked_{};
   std::array<std::uint8_t, kMaxTrackerCoils> handles_{};
   std::size_t handle_count_ = 0;
+  bool simulated_ = false;
   std::array<HandleReading, kMaxTrackerCoils> newest_{};
 
   TrackingReply reply_;

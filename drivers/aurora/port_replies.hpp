@@ -64,6 +64,9 @@ struct ToolDescription {
   PortStatus status;                ///< its lower 8 bits
 };
 
+/// The manufacturer that the emulated tracker's tools name: what is measured with them is simulated.
+inline constexpr std::string_view kSimulatedManufacturer = "TUBED SIM";
+
 /// PHINF field 0020: where a tool is plugged in. Only port and channel tell coils apart: neither handles nor
 /// serial numbers do.
 struct PortLocation {

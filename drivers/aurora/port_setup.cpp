@@ -281,6 +281,7 @@ void PortSetup::describe(const Reply* reply) noexcept {
     return;
   }
   described.serial_number = tool->tool->serial_number;
+  described.simulated = tool->tool->manufacturer.text() == kSimulatedManufacturer;
   const bool wanted = coils_.coil_at(plug).has_value() && !twice;
   const bool enabled = tool->tool->status.enabled();
   described.usable = enabled == wanted && !twice;

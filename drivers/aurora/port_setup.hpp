@@ -23,6 +23,7 @@ struct FoundCoil {
   std::uint8_t handle = 0;
   CoilPlug plug;  ///< port 0: the tracker did not say
   std::uint32_t serial_number = 0;
+  bool simulated = false;       ///< a tool of the emulated tracker
   bool usable = false;          ///< initialised, and enabled if the map has it
   std::uint8_t error_code = 0;  ///< why it is not usable; 0: it is, or it did not answer
 };

@@ -456,7 +456,7 @@ void Session::start_tracking() noexcept {
   for (const FoundCoil& coil : ports_.found()) {
     const auto index = coil.usable ? coils_.coil_at(coil.plug) : std::nullopt;
     if (index && count < tracked.size()) {
-      tracked[count++] = {coil.handle, *index};
+      tracked[count++] = {coil.handle, *index, coil.simulated};
     }
   }
   ++counts_.tracking_starts;

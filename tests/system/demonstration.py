@@ -1,10 +1,23 @@
 """tubectl demo: one command, no hardware."""
+import contextlib
 import json
+import pathlib
 
 import bed as beds
-from bed import check, need_real_time, say
+from bed import check, is_valid, need_real_time, say
 
 HOT = ("em", "grab-A", "frangi-A", "optimizer")
+
+
+def emulators_of_demonstrations():
+    """Process numbers."""
+    found = set()
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            words = path.read_bytes()
+            if b"aurora-emulator" in words and b"/tubed-demo-" in words:
+                found.add(path.parent.name)
+    return found
 
 
 def the_demonstration_shows_a_tracked_catheter(bed):
@@ -27,12 +40,41 @@ def the_demonstration_shows_a_tracked_catheter(bed):
     check(report["allocations_per_frame"]["publisher"] > 0, "the publisher's allocations are not counted")
 
 
+def the_demonstration_reads_an_emulated_aurora(bed):
+    """The real driver at a pseudo-terminal; its tracker measures the catheter that the images show."""
+    need_real_time()
+    report_file = bed.folder / "out.json"
+    subscriber = bed.subscribe()
+    demo = beds.Daemon([bed.program("tubectl"), "demo", "--tracker", "aurora-serial", "--domain", "0", "--headless", "16",
+                        "--json", str(report_file)], bed.folder / "tubed-demo.log")
+    bed.daemons.append(demo)
+    for instrument in ("cath-1", "cath-1-em"):
+        sample = subscriber.wait_for(lambda s, i=instrument: s.get("instrument_id") == i and is_valid(s), f"VALID {instrument}",
+                                     10).json
+        check("DEMO_DATA" in sample["reason_names"], f"a simulated {instrument} that says {sample['reason_names']}")
+    check(demo.wait(30) == 0, f"tubectl demo exits {demo.process.returncode}")
+    report = json.loads(report_file.read_text())
+    say(json.dumps({key: report.get(key) for key in ("rate_hz", "latency_ms", "rms_mm", "validity", "reasons", "lost")}))
+    check(29.5 <= report["rate_hz"] <= 30.5, f"rate {report['rate_hz']:.2f} Hz")
+    # Coils measured elsewhere, earlier or later than the images show them would not agree with these.
+    rms = report["rms_mm"]
+    check(0 < rms["fused"] < rms["em"] < 5, f"RMS error fused {rms['fused']} mm, coils alone {rms['em']} mm")
+    check(rms["fused"] < 1.5, f"RMS error fused {rms['fused']} mm")
+    check(report["validity"]["VALID"] >= 250, f"validity {report['validity']}")
+    for stage in HOT:
+        check(report["allocations_per_frame"][stage] == 0, f"allocations {report['allocations_per_frame']}")
+
+
 def the_demonstration_leaves_nothing_behind(bed):
-    """Its daemon and its folder end with it."""
+    """Its daemon, its tracker and its folder end with it."""
     need_real_time()
     before = {path.name for path in bed.folder.parent.glob("tubed-demo-*")}
-    done = bed.tubectl("demo", "--headless", "3", "--json", "-", timeout_s=30)
-    check(done.returncode == 0, f"tubectl demo exits {done.returncode}:\n{done.stderr}")
+    emulators_before = emulators_of_demonstrations()
+    for options in (("--headless", "3"), ("--headless", "7", "--tracker", "aurora-serial")):
+        done = bed.tubectl("demo", *options, "--json", "-", timeout_s=30)
+        check(done.returncode == 0, f"tubectl demo exits {done.returncode}:\n{done.stderr}")
+    emulators = emulators_of_demonstrations() - emulators_before
+    check(not emulators, f"an emulated tracker still runs: {emulators}")
     left = {path.name for path in bed.folder.parent.glob("tubed-demo-*")} - before
     check(not left, f"folders are left: {left}")
     sockets = [line for line in open("/proc/net/udp", encoding="ascii").read().splitlines()[1:]]
@@ -40,4 +82,5 @@ def the_demonstration_leaves_nothing_behind(bed):
 
 
 if __name__ == "__main__":
-    beds.main(the_demonstration_shows_a_tracked_catheter, the_demonstration_leaves_nothing_behind)
+    beds.main(the_demonstration_shows_a_tracked_catheter, the_demonstration_reads_an_emulated_aurora,
+              the_demonstration_leaves_nothing_behind)

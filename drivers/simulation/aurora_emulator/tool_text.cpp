@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "drivers/aurora/port_replies.hpp"
+
 namespace tubed::aurora::emulator {
 
 namespace {
@@ -18,7 +20,7 @@ std::string padded(std::string_view text, std::size_t size) {
 std::string description(const PortHandle& handle, const Plug& plug) {
   const bool known = handle.initialised;
   return std::string(known ? "0B00" : "0000") + "00" + (known ? "01" : "00") +
-         padded(known ? "TUBED SIM" : "", 12) + (known ? "001" : "000") +
+         padded(known ? kSimulatedManufacturer : "", 12) + (known ? "001" : "000") +
          hex(known ? plug.serial_number : 0, 8) + hex(handle.status().bits & 0xFF, 2);
 }
 

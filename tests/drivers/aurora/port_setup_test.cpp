@@ -65,6 +65,7 @@ TEST(PortSetup, FindsTheSecondCoilThatAppearsAfterTheFirstWasInitialised) {
   ASSERT_EQ(setup.found().size(), 2U);
   EXPECT_EQ(setup.found()[1].handle, 0x0B);
   EXPECT_EQ(setup.found()[1].plug, (CoilPlug{1, 1}));
+  EXPECT_FALSE(setup.found()[0].simulated);
   EXPECT_TRUE(setup.found()[0].usable);
   EXPECT_TRUE(setup.found()[1].usable);
   EXPECT_EQ(sent.front(), "PHSR:01");

@@ -57,6 +57,12 @@ TEST(Session, FindsAFreshTrackerAndMeasuresAllCoils) {
   EXPECT_EQ(bench.session.api_revision()->family, 'D');
 }
 
+TEST(Session, SaysThatAnEmulatedTrackersMeasurementsAreSimulated) {
+  SessionBench bench;
+  ASSERT_TRUE(bench.start());
+  EXPECT_EQ(bench.frame.origin, Origin::kSimulated);
+}
+
 TEST(Session, TellsCoilsApartByPortAndChannelNotByHandle) {
   CoilMap map;  // handles come in the order 1.0 2.0 3.0 1.1 2.1
   map.place(1, {3, 0});
