@@ -82,6 +82,7 @@ PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems)
   settings.reconnect_first_ms = em.get<double>("reconnect_first_ms");
   settings.reconnect_last_ms = em.get<double>("reconnect_last_ms");
   settings.image_stale_ms = file.one("estimator").get<double>("image_stale_ms");
+  settings.em_stale_ms = file.one("estimator").get<double>("em_stale_ms");
   settings.scheduling_optional = realtime.get<std::string>("scheduling") == "optional";
   settings.em_acquisition = thread_settings(realtime.one("em_acquisition"));
   settings.image_grab = thread_settings(realtime.one("image_grab"));

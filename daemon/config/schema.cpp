@@ -278,7 +278,7 @@ TableDescription estimator_table() {
                real("image_temper", d.image_temper, "", {1, 1000},
                     "the images' variance is multiplied by this: pixels are not independent"),
                real("em_stale_ms", d.em_stale_ms, "ms", age_ms,
-                    "age of the newest EM measurement that means EM_STALE"),
+                    "EM_STALE when two EM measurements in a row are missing, at the latest after this"),
                real("em_stuck_ms", d.em_stuck_ms, "ms", age_ms,
                     "bit-equal measurements for so long mean EM_STUCK"),
                real("image_stale_ms", PipelineSettings{}.image_stale_ms, "ms", age_ms,

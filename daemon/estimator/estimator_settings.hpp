@@ -30,7 +30,7 @@ struct EstimatorSettings {
   double sigma_image_px = 0.5;          ///< of one correspondence line's offset, beside its own variance
   double image_search_px = 14;          ///< half length of the correspondence lines
   double image_temper = 6;   ///< pixels are not independent: variance of the image is multiplied by this
-  double em_stale_ms = 150;  ///< age of the newest EM measurement from which on EM_STALE is said
+  double em_stale_ms = 150;  ///< EM_STALE is said by this age of the newest EM measurement: see EmPatience
   double em_stuck_ms = 150;  ///< bit-equal values for as long are EM_STUCK
   int iterations = 8;        ///< at most, of Gauss-Newton
   PaperSettings paper;       ///< of mode "paper" alone

@@ -81,7 +81,13 @@ void begin_report(const Observation& observation, TubeEstimate& estimate) {
 }
 
 bool is_stale(const EmFrame* frame, const Observation& observation, const EstimatorSettings& settings) {
-  return frame == nullptr || seconds_between(frame->measured, observation.now) * 1e3 > settings.em_stale_ms;
+  const EmFrame* const newest = observation.em->newest_until(observation.now);
+  if (frame == nullptr || newest == nullptr) {
+    return true;
+  }
+  const std::chrono::nanoseconds patience = observation.em->patience(
+      std::chrono::nanoseconds(static_cast<std::int64_t>(settings.em_stale_ms * 1e6)));
+  return observation.now - newest->measured > patience || observation.instant - frame->measured > patience;
 }
 
 void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate) {

@@ -33,6 +33,7 @@ OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimator
       period_(from_ms(1000.0 / settings.rate_hz)),
       schedule_(period_, from_ms(settings.tick_grace_ms)),
       most_patience_(from_ms(settings.image_stale_ms)),
+      most_em_patience_(from_ms(settings.em_stale_ms)),
       sequence_numbers_(estimators_.size(), 0) {}
 
 void OptimizerStage::wait(const Clock& clock) noexcept {
@@ -40,8 +41,21 @@ void OptimizerStage::wait(const Clock& clock) noexcept {
   // While a second view is awaited there is an unused image: look again soon even if nobody rings.
   const MonotonicTime soon =
       now + (oldest_unused() >= 0 ? nanoseconds(milliseconds(1)) : nanoseconds(milliseconds(100)));
-  const MonotonicTime tick = std::max(schedule_.next_tick(), now);
-  bell_.wait_until(std::min(soon, tick));
+  bell_.wait_until(std::min(soon, std::max(next_estimate(), now)));
+}
+
+// By the clock. That the measurements have become stale is said at once, not up to a period later.
+MonotonicTime OptimizerStage::next_estimate() const noexcept {
+  return std::min(schedule_.next_tick(), em_becomes_stale());
+}
+
+// MonotonicTime::max() when that has been said, or there never was a measurement.
+MonotonicTime OptimizerStage::em_becomes_stale() const noexcept {
+  const EmFrame* const newest = em_.newest_until(MonotonicTime::max());
+  if (newest == nullptr || newest->measured <= told_stale_) {
+    return MonotonicTime::max();
+  }
+  return newest->measured + em_.patience(most_em_patience_) + nanoseconds(1);
 }
 
 bool OptimizerStage::step(const Clock& clock) noexcept {
@@ -56,7 +70,7 @@ bool OptimizerStage::step(const Clock& clock) noexcept {
     make_estimates(observe(states_[static_cast<std::size_t>(camera)].newest, now, true), clock);
     return true;
   }
-  if (now < schedule_.next_tick()) {
+  if (now < next_estimate()) {
     return false;
   }
   make_estimates(observe(now, now, false), clock);
@@ -173,6 +187,9 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
     publisher_bell_.ring();
   }
   schedule_.paid(observation.now);
+  if (observation.now >= em_becomes_stale()) {
+    told_stale_ = em_.newest_until(MonotonicTime::max())->measured;
+  }
 }
 
 void OptimizerStage::describe(StageReport& report) const noexcept {

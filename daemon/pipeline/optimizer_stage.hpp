@@ -18,8 +18,8 @@ struct CameraInlet {
   TripleBuffer<MonotonicTime>* announcements = nullptr;
 };
 
-/// Makes the estimates of all instruments: at once when an image was measured, by the clock in the gaps. See
-/// Stage.
+/// Makes the estimates of all instruments: at once when an image was measured or when the coils' measurements
+/// have become stale, by the clock in the gaps. See Stage.
 class OptimizerStage final : public Stage {
  public:
   /// `outlets[i]` takes the estimates of `estimators[i]`.
@@ -44,6 +44,8 @@ class OptimizerStage final : public Stage {
 
   void take_em() noexcept;
   void take_images(MonotonicTime now) noexcept;
+  [[nodiscard]] MonotonicTime next_estimate() const noexcept;
+  [[nodiscard]] MonotonicTime em_becomes_stale() const noexcept;
   [[nodiscard]] int oldest_unused() const noexcept;
   [[nodiscard]] bool is_waiting_for_second_view(int camera, MonotonicTime now) const noexcept;
   Observation observe(MonotonicTime instant, MonotonicTime now, bool is_image_instant) noexcept;
@@ -61,6 +63,8 @@ class OptimizerStage final : public Stage {
   EmHistory em_;
   ImagePatience patience_;
   std::chrono::nanoseconds most_patience_;
+  std::chrono::nanoseconds most_em_patience_;
+  MonotonicTime told_stale_{};  ///< newest measurement of which an estimate has said that it is stale
   EmFrame incoming_;
   std::vector<std::uint64_t> sequence_numbers_;
   std::uint64_t outputs_ = 0;

@@ -99,6 +99,7 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   EXPECT_EQ(estimator.image_temper, 3);
   EXPECT_EQ(estimator.em_stale_ms, 210);
   EXPECT_EQ(estimator.em_stuck_ms, 220);
+  EXPECT_EQ(configuration.pipeline.em_stale_ms, 210);
   EXPECT_EQ(configuration.pipeline.image_stale_ms, 230);
   EXPECT_EQ(estimator.iterations, 5);
   EXPECT_EQ(configuration.frangi.scales_px, (std::vector<double>{2, 4}));

@@ -149,6 +149,32 @@ TEST(OptimizerStage, TheNewestWordOfTheImageSourcesReachesTheEstimator) {
   EXPECT_FALSE(bench.asked[0].back().fluoroscopy_off);
 }
 
+// A period of 33 ms later it would be more than a tenth of a second.
+TEST(OptimizerStage, ThatMeasurementsHaveBecomeStaleIsEstimatedAtOnceAndOnce) {
+  OptimizerBench bench;
+  EmFrame frame;
+  for (int i = 0; i < 40; ++i) {
+    frame.measured = bench.clock.now();
+    frame.received = frame.measured + milliseconds(20);
+    bench.em.push(frame);
+    bench.stage->step(bench.clock);
+    bench.clock.advance(milliseconds(25));
+  }
+  constexpr std::chrono::microseconds kPatience{2750 * 25 + 20'000};
+  int at_once = 0;
+  bench.asked[0].clear();
+  while (bench.clock.now() < frame.measured + milliseconds(500)) {
+    bench.clock.advance(milliseconds(1));
+    bench.stage->step(bench.clock);
+  }
+  for (const Observation& asked : bench.asked[0]) {
+    const auto age = asked.now - frame.measured;
+    at_once += age > kPatience && age < kPatience + milliseconds(2) ? 1 : 0;
+  }
+  EXPECT_EQ(at_once, 1);
+  EXPECT_LE(bench.asked[0].size(), 17U) << "475 ms at 30 Hz and that one";
+}
+
 TEST(OptimizerStage, EmMeasurementsReachTheEstimatorInOrderOfTheirTime) {
   OptimizerBench bench;
   EmFrame frame;

@@ -1,0 +1,68 @@
+#include "daemon/estimator/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPeriod{25};
+constexpr milliseconds kUnderWay{20};
+const MonotonicTime kStart = from_ns(1'000'000'000);
+
+/// Measurements at 40 Hz, of which some are lost, and when they are asked for.
+class Measured {
+ public:
+  /// Measurements number `from` to `to`; number 0 is at kStart.
+  void take(int from, int to) {
+    for (int i = from; i <= to; ++i) {
+      EmFrame frame;
+      frame.measured = kStart + i * kPeriod;
+      frame.received = frame.measured + kUnderWay;
+      history_->add(frame);
+    }
+  }
+  [[nodiscard]] bool is_stale_at(MonotonicTime now, MonotonicTime instant) const {
+    Observation observation;
+    observation.em = history_.get();
+    observation.now = now;
+    observation.instant = instant;
+    return is_stale(history_->newest_until(instant), observation, EstimatorSettings{});
+  }
+  [[nodiscard]] bool is_stale_at(MonotonicTime now) const { return is_stale_at(now, now); }
+
+ private:
+  std::unique_ptr<EmHistory> history_ = std::make_unique<EmHistory>();
+};
+
+TEST(StaleMeasurements, AreSaidSoonAfterTheSecondIsMissing) {
+  Measured measured;
+  measured.take(0, 100);
+  const MonotonicTime newest = kStart + 100 * kPeriod;
+  EXPECT_FALSE(measured.is_stale_at(newest + 3 * kPeriod)) << "one is missing";
+  EXPECT_TRUE(measured.is_stale_at(newest + milliseconds(90))) << "two are";
+}
+
+TEST(StaleMeasurements, AreNotThoseBeforeALateImage) {
+  Measured measured;
+  measured.take(0, 100);
+  const MonotonicTime now = kStart + 100 * kPeriod + kUnderWay;
+  EXPECT_FALSE(measured.is_stale_at(now, now - milliseconds(200)));
+}
+
+TEST(StaleMeasurements, AreThoseBeforeAnImageOfAnInterruptionThatIsOver) {
+  Measured measured;
+  measured.take(0, 100);
+  measured.take(140, 150);
+  const MonotonicTime now = kStart + 150 * kPeriod + kUnderWay;
+  EXPECT_FALSE(measured.is_stale_at(now));
+  EXPECT_TRUE(measured.is_stale_at(now, kStart + 130 * kPeriod));
+}
+
+TEST(StaleMeasurements, AreNoneAtAll) { EXPECT_TRUE(Measured().is_stale_at(kStart)); }
+
+}  // namespace
+}  // namespace tubed
