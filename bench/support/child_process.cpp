@@ -54,13 +54,13 @@ ChildProcess::ChildProcess(const std::function<void()>& work) : id_(fork_or_thro
 }
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
-                           const std::vector<std::string>& environment)
+                           const std::function<void()>& prepare)
     : id_(fork_or_throw()) {
   if (id_ != 0) return;
   const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   dup2(file, STDOUT_FILENO);
   dup2(file, STDERR_FILENO);
-  for (const std::string& variable : environment) putenv(const_cast<char*>(variable.c_str()));
+  if (prepare) prepare();
   std::vector<char*> words;
   for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
   words.push_back(nullptr);

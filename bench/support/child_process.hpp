@@ -19,9 +19,9 @@ class ChildProcess {
   /// Forks; the child runs `work` and ends, 1 with its words on stderr when it throws. Call it before this
   /// process has threads. Throws std::system_error.
   explicit ChildProcess(const std::function<void()>& work);
-  /// Starts another program, its output into `log`, with additional environment NAME=VALUE.
+  /// Starts another program, its output into `log`; `prepare` runs in the new process before it.
   ChildProcess(const std::vector<std::string>& command, const std::filesystem::path& log,
-               const std::vector<std::string>& environment = {});
+               const std::function<void()>& prepare = {});
   /// Asks it to end with SIGTERM, and after 3 s it has to.
   ~ChildProcess();
   ChildProcess(ChildProcess&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
