@@ -53,27 +53,31 @@ struct Frame {
       : top(70 + kPanelHeight * static_cast<double>(panel)), bottom(top + kPanelHeight - 80) {}
 };
 
-/// Round values between least and most: powers of ten with 2 and 5, or equal steps.
-std::vector<double> round_values(const Scale& scale) {
-  std::vector<double> values;
-  if (scale.is_logarithmic) {
-    const bool is_wide = scale.most / scale.least > 1000;
-    for (double power = std::pow(10, std::floor(std::log10(scale.least))); power <= scale.most; power *= 10) {
-      for (const double digit : {1.0, 2.0, 5.0}) {
-        const double value = digit * power;
-        if (value >= scale.least * 0.999 && value <= scale.most * 1.001 && (digit == 1 || !is_wide)) {
-          values.push_back(value);
-        }
-      }
-    }
-    return values;
-  }
+/// Equal round steps.
+std::vector<double> round_steps(const Scale& scale) {
   const double raw = (scale.most - scale.least) / 5;
   const double power = std::pow(10, std::floor(std::log10(std::max(raw, 1e-12))));
   const double digits = raw / power;
   const double step = power * (digits <= 1 ? 1 : digits <= 2 ? 2 : digits <= 5 ? 5 : 10);
-  for (double value = std::ceil(scale.least / step) * step; value <= scale.most * 1.0001; value += step) {
-    values.push_back(value);
+  std::vector<double> values;
+  const auto first = static_cast<int>(std::ceil(scale.least / step - 1e-9));
+  for (int i = first; i * step <= scale.most * 1.0001; ++i) values.push_back(i * step);
+  return values;
+}
+
+/// Round values between least and most; on a logarithmic scale powers of ten with 2 and 5 where there is
+/// room.
+std::vector<double> round_values(const Scale& scale) {
+  if (!scale.is_logarithmic || scale.most / scale.least < 8) return round_steps(scale);
+  const bool is_wide = scale.most / scale.least > 1000;
+  std::vector<double> values;
+  for (double power = std::pow(10, std::floor(std::log10(scale.least))); power <= scale.most; power *= 10) {
+    for (const double digit : {1.0, 2.0, 5.0}) {
+      const double value = digit * power;
+      if (value >= scale.least * 0.999 && value <= scale.most * 1.001 && (digit == 1 || !is_wide)) {
+        values.push_back(value);
+      }
+    }
   }
   return values;
 }

@@ -14,7 +14,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::size_t kFewestForDistribution = 100;
+constexpr std::size_t kFewestForDistribution = 20;
 constexpr double kMostDrift = 1.15;
 
 /// [[percent, value], ..]: nine steps a decade towards 100 %, as far as there are values for them.
@@ -32,9 +32,9 @@ nlohmann::ordered_json percentile_curve(const std::vector<double>& unsorted) {
   return curve;
 }
 
-/// [[lower edge, upper edge, count], ..]: 20 bins a decade; values of 0 and below are in the lowest.
+/// [[lower edge, upper edge, count], ..]: 100 bins a decade; values of 0 and below are in the lowest.
 nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
-  constexpr double kBinsADecade = 20;
+  constexpr double kBinsADecade = 100;
   constexpr double kLowest = 1e-9;
   std::map<int, int> counts;
   for (const double value : values) {
@@ -113,6 +113,10 @@ double drift(const std::vector<double>& values) {
 }
 
 bool is_unsteady(const std::vector<double>& values) {
+  constexpr std::size_t kFewestForDrift = 8;  // of fewer values halves say nothing
+  if (values.size() < kFewestForDrift) {
+    return false;
+  }
   const double ratio = drift(values);
   return ratio > kMostDrift || ratio < 1 / kMostDrift;
 }

@@ -45,7 +45,7 @@ class Report {
 
   /// {"git", "machine", "command", "rows": [{"name", "unit", "n", "min", "p50", "p90", "p99", "max", "drift",
   /// "flagged" when unsteady, with a peer "peer", "peer_min", "peer_p50", "speedup" = peer_p50 / p50,
-  /// "speedup_min" = peer_min / min; from 100 values on "curve" [[percent, value]] and "histogram" [[from,
+  /// "speedup_min" = peer_min / min; from 20 values on "curve" [[percent, value]] and "histogram" [[from,
   /// to, count]]; with times "series" [[t_s, median, max]]}]}.
   [[nodiscard]] std::string json() const;
 
