@@ -72,8 +72,8 @@ class FrameClock {
   int in_segment_ = 0;
   std::uint64_t base_measurement_ = 0;
   MonotonicTime base_time_{};
-  // 40 measurements a second are said to be made, 40.4 have been recorded.
-  static constexpr double kLeastPeriodNs = 20e6;
+  // 40 measurements a second are said to be made, 40.4 have been recorded; some trackers make 66.
+  static constexpr double kLeastPeriodNs = 14e6;
   static constexpr double kMostPeriodNs = 31e6;
   double least_period_ns_ = kLeastPeriodNs;
   double most_period_ns_ = kMostPeriodNs;

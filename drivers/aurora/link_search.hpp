@@ -1,11 +1,10 @@
 // At which rate does the tracker listen? What is tried, in which order.
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstddef>
 
-#include "drivers/aurora/command.hpp"
+#include "drivers/aurora/rate_choice.hpp"
 
 namespace tubed::aurora {
 
@@ -17,14 +16,13 @@ struct SearchStep {
   std::chrono::milliseconds patience{};
 };
 
-/// The rates that trackers have, the fastest first.
-inline constexpr std::array<BaudRate, 8> kRates = {BaudRate::k921600, BaudRate::k230400, BaudRate::k115200,
-                                                   BaudRate::k57600,  BaudRate::k38400,  BaudRate::k19200,
-                                                   BaudRate::k14400,  BaudRate::k9600};
-
 /// After power-on and after a break a tracker listens at 9600 baud. A client that crashed has left it at the
 /// rate it tracked at. A break brings it back wherever it was, unless line or adapter swallow it: then all
-/// rates are tried. One thread; no allocation.
+/// rates are tried.
+///
+/// A tracker that is not there is waited for: it comes back at the likely rate when only its cable was out,
+/// at 9600 when it was switched on, so that both are tried twice a second whatever else is. A break then
+/// comes seldom: it would reset one that has just come back. One thread; no allocation.
 class LinkSearch {
  public:
   /// Time between two INIT: it was answered after 50 ms.
@@ -34,28 +32,31 @@ class LinkSearch {
   void begin(BaudRate likely) noexcept {
     likely_ = likely;
     at_ = 0;
-    waits_ = 0;
-    patient_ = false;
+    waiting_ = false;
   }
-  /// The tracker has fallen silent at `rate`: it may have lost power, or only its cable. It is waited for at
-  /// both rates a while before anything else is tried.
+  /// The tracker has fallen silent at `rate`: it may have lost only its cable, or power.
   void begin_after_loss(BaudRate rate) noexcept {
-    begin(rate);
-    waits_ = kWaits;
-    patient_ = true;
+    likely_ = rate;
+    at_ = 0;
+    waiting_ = true;
+    waits_ = kFirstWaits;
   }
 
   [[nodiscard]] SearchStep step() const noexcept;
-  /// Goes to the next step; false when all have been tried, and begins anew.
+  /// Goes to the next step; false when all have been tried, and goes on waiting.
   bool advance() noexcept;
 
  private:
-  static constexpr std::size_t kWaits = 40;
+  [[nodiscard]] SearchStep first_step() const noexcept;
+  [[nodiscard]] SearchStep waiting_step() const noexcept;
+
+  static constexpr std::size_t kFirstWaits = 40;   ///< steps, 8 s: until a break is sent
+  static constexpr std::size_t kLaterWaits = 300;  ///< a minute
 
   BaudRate likely_ = BaudRate::k115200;
   std::size_t at_ = 0;
-  std::size_t waits_ = 0;
-  bool patient_ = false;  ///< it is not there just now: 9600 baud is tried between the other rates
+  std::size_t waits_ = kFirstWaits;
+  bool waiting_ = false;
 };
 
 }  // namespace tubed::aurora

@@ -30,6 +30,9 @@ constexpr int kErrorsUntilRestart = 5;
 constexpr int kContradictionsUntilRestart = 4;
 constexpr seconds kStandstill{1};  // no new measurement for so long although the tracker answers
 
+/// After an interruption of so long the times of measurement are found anew.
+constexpr seconds kClockLasts{5};
+
 /// A frame number this far from what the clock says is believed only when the next one agrees.
 constexpr milliseconds kFrameNumberTolerance{500};
 
@@ -56,13 +59,10 @@ void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) no
   counter_.reset();
   clock_.reset();
   guard_.reset();
-  first_seen_ = number_in_doubt_ = poll_at_once_ = ports_changed_ = false;
-  failures_ = errors_in_a_row_ = contradictions_ = 0;
-  binary_failures_ = text_successes_ = 0;
-  hold_until_ = now;
+  begin_to_poll(now);
+  first_seen_ = poll_at_once_ = false;
   last_new_ = now;
   last_time_ = {};
-  try_binary_at_ = now;
   occupied_bit_ = occupied_known_ = false;
   settling_polls_ = 0;
   int placed = 0;
@@ -73,6 +73,21 @@ void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) no
   look_again_at_ = MonotonicTime::max();
 }
 
+// The number of the next measurement has to fit the one before the interruption. An answer to a question from
+// before it may come first.
+void Poller::resume(MonotonicTime now) noexcept {
+  begin_to_poll(now);
+  poll_at_once_ = true;
+  settling_polls_ = 2;
+}
+
+void Poller::begin_to_poll(MonotonicTime now) noexcept {
+  number_in_doubt_ = ports_changed_ = false;
+  failures_ = errors_in_a_row_ = contradictions_ = 0;
+  binary_failures_ = text_successes_ = 0;
+  hold_until_ = still_since_ = try_binary_at_ = now;
+}
+
 Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& frame) noexcept {
   for (;;) {
     const MonotonicTime now = exchange.now();
@@ -80,8 +95,8 @@ Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& 
       ports_changed_ = false;
       return Event::kPortsChanged;
     }
-    if (now - last_new_ > kStandstill && failures_ == 0 && !exchange.pending()) {
-      last_new_ = now;
+    if (now - still_since_ > kStandstill && failures_ == 0 && !exchange.pending()) {
+      still_since_ = now;
       return Event::kNotTracking;
     }
     const MonotonicTime due = next_poll(exchange);
@@ -248,7 +263,7 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
     return Event::kRefused;
   }
   contradictions_ = 0;
-  if (step.kind == FrameKind::kRestarted) {
+  if (step.kind == FrameKind::kRestarted || (first_seen_ && now - last_new_ > kClockLasts)) {
     clock_.reset();
   }
   measurement_ = step.measurement;
@@ -263,7 +278,7 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   }
   first_seen_ = true;
   last_number_ = *number;
-  last_new_ = now;
+  last_new_ = still_since_ = now;
   counts_.missed += step.missed;
   look_at_ports(now);
   fill(frame, measurement_, now);

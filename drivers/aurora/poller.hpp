@@ -55,6 +55,8 @@ class Poller {
 
   /// Tracking has begun with these handles enabled.
   void start(std::span<const TrackedHandle> handles, MonotonicTime now) noexcept;
+  /// Tracking goes on after the line was interrupted, with the same handles.
+  void resume(MonotonicTime now) noexcept;
   /// Goes on until something happens or the deadline has come.
   Event step(Exchange& exchange, MonotonicTime deadline, EmFrame& frame) noexcept;
 
@@ -79,6 +81,7 @@ class Poller {
   Event without_number(MonotonicTime now) noexcept;
   void fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) const noexcept;
   void look_at_ports(MonotonicTime now) noexcept;
+  void begin_to_poll(MonotonicTime now) noexcept;
 
   PollerSettings settings_;
   CoilMap coils_;
@@ -99,6 +102,7 @@ class Poller {
   std::uint64_t measurement_ = 0;  ///< newest, as counted
   MonotonicTime last_time_{};      ///< measured, of the last frame
   MonotonicTime last_new_{};       ///< when the last new measurement came
+  MonotonicTime still_since_{};    ///< polled since, without a new measurement
   MonotonicTime hold_until_{};     ///< the line must be quiet first
   bool poll_at_once_ = false;
   int settling_polls_ = 0;  ///< answers to earlier polls may come before this one's

@@ -23,10 +23,6 @@ constexpr milliseconds kTimeout{1500};
 /// Questions that some other means answers as well.
 constexpr milliseconds kOptionalTimeout{500};
 
-bool okay(const Reply* reply) noexcept {
-  return reply != nullptr && (reply->kind == ReplyKind::kOkay || reply->kind == ReplyKind::kWarning);
-}
-
 }  // namespace
 
 void PortSetup::begin() noexcept {
@@ -225,7 +221,7 @@ void PortSetup::step_done(const Reply* reply) noexcept {
   switch (step_) {
     case Step::kWrite: {
       const std::size_t blocks = (definition()->bytes.size() + kToolMemoryBlock - 1) / kToolMemoryBlock;
-      if (okay(reply) && ++block_ < blocks) {
+      if (carried_out(reply) && ++block_ < blocks) {
         enter(Step::kWrite);
       } else {
         enter(Step::kInitialise);  // when writing failed, PINIT says what that means
@@ -233,7 +229,7 @@ void PortSetup::step_done(const Reply* reply) noexcept {
       return;
     }
     case Step::kInitialise:
-      if (!okay(reply) && error != kHandleGone) {
+      if (!carried_out(reply) && error != kHandleGone) {
         FoundCoil& failed = coil(handle());
         failed.error_code = error;
         enter(Step::kLocateFailed);
@@ -242,7 +238,7 @@ void PortSetup::step_done(const Reply* reply) noexcept {
       break;
     case Step::kEnable: {
       FoundCoil& enabled = coil(handle());
-      enabled.usable = okay(reply);
+      enabled.usable = carried_out(reply);
       enabled.error_code = error;
       break;
     }

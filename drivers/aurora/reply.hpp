@@ -28,6 +28,11 @@ struct Reply {
   [[nodiscard]] std::string_view text() const noexcept { return as_text(payload); }
 };
 
+/// OKAY, or WARNING. False for nullptr: there was no reply.
+[[nodiscard]] inline bool carried_out(const Reply* reply) noexcept {
+  return reply != nullptr && (reply->kind == ReplyKind::kOkay || reply->kind == ReplyKind::kWarning);
+}
+
 /// Reads a reply in characters, `line` being without its carriage return: payload and the payload's CRC-16 as
 /// four digits. Nothing when the check sum is wrong or the payload empty.
 [[nodiscard]] std::optional<Reply> decode_text_reply(std::string_view line) noexcept;

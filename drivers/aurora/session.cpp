@@ -2,65 +2,44 @@
 
 #include <algorithm>
 
-#include "drivers/aurora/error_codes.hpp"
-
 namespace tubed::aurora {
 
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kAttempts = 3;
 constexpr milliseconds kInitTimeout{5000};   // 50 ms recorded
 constexpr milliseconds kHaltTimeout{2000};   // 0.36 s recorded
 constexpr milliseconds kStartTimeout{6000};  // 2.0 s recorded
 constexpr milliseconds kRateTimeout{1000};
 constexpr milliseconds kIdentifyTimeout{500};
-constexpr milliseconds kRateSettles{100};       // clients wait 100 to 200 ms at both ends
-constexpr milliseconds kNothingPluggedIn{500};  // until the ports are looked at again
-constexpr milliseconds kAfterTrouble{500};
+constexpr int kAttempts = 3;
 constexpr milliseconds kQuietAfterTrouble{30};
-constexpr milliseconds kAfterInit{60};  // clients sleep 100 ms
-constexpr int kDetoursUntilComplaint = 4;
+// PHINF with tool and plug: 64 bytes, and the tracker's and an adapter's time.
+constexpr int kUnchangedReply = 64;
+constexpr milliseconds kUnchangedTimeout{60};
 constexpr int kIdleStartsUntilComplaint = 2;
 constexpr milliseconds kCloseHalt{1000};
 constexpr milliseconds kCloseRate{300};
-constexpr std::uint8_t kNotInThisMode = 0x0C;
 constexpr int kFreezeTagVersion = 4;
-
-bool okay(const Reply* reply) noexcept {
-  return reply != nullptr && (reply->kind == ReplyKind::kOkay || reply->kind == ReplyKind::kWarning);
-}
-bool is_error(const Reply* reply) noexcept { return reply != nullptr && reply->kind == ReplyKind::kError; }
-
-std::size_t place_of(BaudRate rate) noexcept {
-  return static_cast<std::size_t>(std::find(kRates.begin(), kRates.end(), rate) - kRates.begin());
-}
-
-Problem describe(std::string_view command, const Reply* reply) noexcept {
-  Problem words(command);
-  if (!is_error(reply)) {
-    return words << " was not answered; check cable and power";
-  }
-  const ErrorDescription error = describe_error(reply->error_code);
-  words << " failed with ERROR";
-  words.hex(reply->error_code) << ", " << error.meaning;
-  return words << "; " << remedy_text(error.remedy);
-}
 
 }  // namespace
 
 Session::Session(const SessionSettings& settings, const CoilMap& coils, std::span<const ToolDefinition> tools)
-    : settings_(settings),
-      coils_(coils),
+    : coils_(coils),
       exchange_(settings.trace_capacity),
+      rates_(settings.baud),
       ports_(coils, tools),
       poller_(settings.poller, coils) {}
 
 void Session::attach(ByteChannel& channel) noexcept {
   exchange_.attach(channel);
-  search_.begin(settings_.baud);
-  refused_rates_ = 0;
+  if (resumption_.possible()) {
+    search_.begin_after_loss(tracking_rate_);
+  } else {
+    search_.begin(rates_.wanted());
+  }
+  rates_.forget();
   verifying_rate_ = false;
   wait_until_ = exchange_.now();
   enter(Phase::kSearch);
@@ -142,6 +121,9 @@ Session::Event Session::track(MonotonicTime deadline, EmFrame& frame) noexcept {
 }
 
 void Session::enter(Phase phase) noexcept {
+  if (phase != Phase::kSearch && phase != Phase::kTrack) {
+    resumption_.forget();
+  }
   phase_ = phase;
   attempts_ = 0;
   search_step_begun_ = false;
@@ -160,7 +142,7 @@ void Session::halt_then(Phase phase) noexcept {
 void Session::search_again() noexcept {
   exchange_.trace().note(exchange_.now(), "the tracker has fallen silent");
   const auto rate = baud_rate(exchange_.baud());
-  search_.begin_after_loss(rate && *rate != BaudRate::k9600 ? *rate : settings_.baud);
+  search_.begin_after_loss(rate && *rate != BaudRate::k9600 ? *rate : rates_.wanted());
   enter(Phase::kSearch);
 }
 
@@ -207,7 +189,7 @@ void Session::send_next() noexcept {
       send(asking_version_ ? ver_command(kFreezeTagVersion) : apirev_command(), kIdentifyTimeout);
       break;
     case Phase::kSetRate:
-      send(comm_command({.rate = rate_to_ask_for()}), kRateTimeout);
+      send(comm_command({.rate = rates_.best()}), kRateTimeout);
       break;
     case Phase::kPorts:
       send(ports_.command(), ports_.timeout());
@@ -230,8 +212,14 @@ void Session::send_search() noexcept {
       exchange_.send_break();
     }
     search_step_ends_ = exchange_.now() + step.patience;
+    resumption_.begin();
   }
-  send(init_command(), LinkSearch::kBetweenTries);
+  asking_unchanged_ = resumption_.possible() && step.rate == tracking_rate_ && !step.serial_break;
+  if (asking_unchanged_) {
+    send(resumption_.command(), kUnchangedReply * exchange_.byte_time() + kUnchangedTimeout);
+  } else {
+    send(init_command(), LinkSearch::kBetweenTries);
+  }
 }
 
 void Session::take(const Reply* reply) noexcept {
@@ -257,16 +245,23 @@ void Session::take(const Reply* reply) noexcept {
 
 // Any reply whose check sum is right says that the rate is right.
 void Session::take_search(const Reply* reply) noexcept {
-  if (reply != nullptr) {
+  if (reply != nullptr && asking_unchanged_) {
+    take_unchanged(*reply);
+  } else if (reply != nullptr) {
     ++counts_.links;
     verifying_rate_ = false;
-    if (okay(reply)) {
+    if (carried_out(reply)) {
       initialised();
     } else {
       halt_then(Phase::kInitialise);
     }
-    return;
+  } else {
+    not_found();
   }
+}
+
+void Session::not_found() noexcept {
+  resumption_.begin();
   if (exchange_.now() < search_step_ends_) {
     return;
   }
@@ -277,195 +272,30 @@ void Session::take_search(const Reply* reply) noexcept {
   }
 }
 
-void Session::take_halt(const Reply* reply) noexcept {
-  if (reply == nullptr && retry()) {
-    return;
-  }
-  if (reply == nullptr) {
-    search_again();
-    return;
-  }
-  enter(after_halt_);
-}
-
-void Session::take_initialise(const Reply* reply) noexcept {
-  if (okay(reply)) {
-    initialised();
-    return;
-  }
-  if (retry()) {
-    return;
-  }
-  if (is_error(reply)) {
-    complain(describe("INIT", reply));
-    wait_until_ = exchange_.now() + kAfterTrouble;
-  }
-  search_again();
-}
-
-void Session::initialised() noexcept {
-  wait_until_ = exchange_.now() + kAfterInit;
-  if (identified_) {
-    set_rate();
-  } else {
-    asking_version_ = false;
-    enter(Phase::kIdentify);
-  }
-}
-
-// Nothing depends on it, so that a tracker that does not say is no trouble.
-void Session::take_identify(const Reply* reply) noexcept {
-  const bool text = reply != nullptr && reply->kind == ReplyKind::kText;
-  if (!asking_version_) {
-    api_revision_ = text ? parse_api_revision(reply->text()) : std::nullopt;
-    asking_version_ = true;
-    return;
-  }
-  if (const auto firmware = text ? find_firmware(reply->text()) : std::nullopt) {
-    firmware_ = Words<48>(*firmware);
-  }
-  identified_ = true;
-  set_rate();
-}
-
-void Session::set_rate() noexcept {
-  while (!exchange_.knows_baud(bits_per_second(rate_to_ask_for()))) {
-    refused_rates_ |= 1U << place_of(rate_to_ask_for());
-  }
-  enter(bits_per_second(rate_to_ask_for()) == exchange_.baud() ? Phase::kPorts : Phase::kSetRate);
-}
-
-// The fastest that is not faster than asked for and that neither the tracker nor the host have refused.
-BaudRate Session::rate_to_ask_for() const noexcept {
-  const int most = bits_per_second(settings_.baud);
-  for (std::size_t i = 0; i < kRates.size(); ++i) {
-    if (bits_per_second(kRates[i]) <= most && (refused_rates_ >> i & 1U) == 0) {
-      return kRates[i];
-    }
-  }
-  return BaudRate::k9600;
-}
-
-void Session::take_rate(const Reply* reply) noexcept {
-  const BaudRate rate = rate_to_ask_for();
-  if (okay(reply)) {
-    if (!exchange_.set_baud(bits_per_second(rate))) {
-      search_again();
-      return;
-    }
-    wait_until_ = exchange_.now() + kRateSettles;
-    verifying_rate_ = true;
-    enter(Phase::kPorts);
-  } else if (is_error(reply)) {
-    if (retry()) {
-      return;
-    }
-    refused_rates_ |= 1U << place_of(rate);
-    set_rate();
-  } else {
-    search_again();  // it may have changed its rate, or not
-  }
-}
-
-void Session::take_ports(const Reply* reply) noexcept {
-  ports_.take(reply);
-  verifying_rate_ = verifying_rate_ && reply == nullptr;
-  switch (ports_.state()) {
-    case PortSetup::State::kBusy:
+// Behind a line that was interrupted the tracker has gone on.
+void Session::take_unchanged(const Reply& reply) noexcept {
+  switch (resumption_.take(reply)) {
+    case Resumption::Answer::kGoOn:
       break;
-    case PortSetup::State::kDone:
-      ports_done();
+    case Resumption::Answer::kAgain:
+      not_found();
       break;
-    case PortSetup::State::kMustHalt:
-      out_of_order(Phase::kPorts);
+    case Resumption::Answer::kSame:
+      ++counts_.links;
+      ++counts_.resumptions;
+      exchange_.trace().note(exchange_.now(), "it tracks the same coils as before");
+      poller_.resume(exchange_.now());
+      enter(Phase::kTrack);
       break;
-    case PortSetup::State::kMustInit:
-      out_of_order(Phase::kInitialise);
-      break;
-    case PortSetup::State::kNoAnswer:
-      if (verifying_rate_) {
-        refused_rates_ |= 1U << place_of(rate_to_ask_for());
-      }
-      verifying_rate_ = false;
-      search_again();
+    case Resumption::Answer::kOther:
+      ++counts_.links;
+      halt_then(Phase::kInitialise);
       break;
   }
-}
-
-void Session::out_of_order(Phase phase) noexcept {
-  if (++detours_ >= kDetoursUntilComplaint) {
-    complain(Problem("the tracker does not leave its mode; switch it off and on"));
-    wait_until_ = exchange_.now() + kAfterTrouble;
-  }
-  halt_then(phase);
-}
-
-void Session::ports_done() noexcept {
-  detours_ = 0;
-  std::array<CoilPlug, kMaxHandles> usable{};
-  std::size_t count = 0;
-  bool any = false;
-  for (const FoundCoil& coil : ports_.found()) {
-    if (coil.usable) {
-      usable[count++] = coil.plug;
-      any |= coils_.coil_at(coil.plug).has_value();
-    }
-  }
-  Problem missing = describe_missing(coils_, std::span(usable).first(count));
-  for (const FoundCoil& coil : ports_.found()) {
-    if (!coil.usable && coil.error_code != 0) {
-      (missing << "; port " << coil.plug.port << ": ERROR").hex(coil.error_code);
-    }
-  }
-  if (!missing.empty() && !(missing == last_missing_)) {
-    complain(missing);
-  }
-  last_missing_ = missing;
-  if (any) {
-    enter(Phase::kStart);
-  } else {
-    wait_until_ = exchange_.now() + kNothingPluggedIn;
-    enter(Phase::kPorts);
-  }
-}
-
-void Session::take_start(const Reply* reply) noexcept {
-  if (okay(reply)) {
-    start_tracking();
-    return;
-  }
-  if (is_error(reply) && reply->error_code == kNotInThisMode) {
-    halt_then(Phase::kPorts);
-    return;
-  }
-  if (retry()) {
-    return;
-  }
-  if (is_error(reply)) {
-    complain(describe("TSTART", reply));
-    wait_until_ = exchange_.now() + kAfterTrouble;
-    halt_then(Phase::kInitialise);
-    return;
-  }
-  search_again();
-}
-
-void Session::start_tracking() noexcept {
-  std::array<TrackedHandle, kMaxTrackerCoils> tracked{};
-  std::size_t count = 0;
-  for (const FoundCoil& coil : ports_.found()) {
-    const auto index = coil.usable ? coils_.coil_at(coil.plug) : std::nullopt;
-    if (index && count < tracked.size()) {
-      tracked[count++] = {coil.handle, *index, coil.simulated};
-    }
-  }
-  ++counts_.tracking_starts;
-  exchange_.trace().note(exchange_.now(), "tracking");
-  poller_.start(std::span(tracked).first(count), exchange_.now());
-  enter(Phase::kTrack);
 }
 
 void Session::close() noexcept {
+  resumption_.forget();
   if (!exchange_.attached()) {
     return;
   }
@@ -489,8 +319,8 @@ bool Session::command_and_wait(const CommandLine& command, std::chrono::nanoseco
   Reply reply;
   for (;;) {
     const Exchange::Event event = exchange_.listen(deadline, reply);
-    if (event == Exchange::Event::kReply && (okay(&reply) || is_error(&reply))) {
-      return okay(&reply);
+    if (event == Exchange::Event::kReply && (carried_out(&reply) || reply.kind == ReplyKind::kError)) {
+      return carried_out(&reply);
     }
     if (event != Exchange::Event::kReply || exchange_.now() >= deadline) {
       return false;

@@ -8,6 +8,8 @@
 #include "drivers/aurora/link_search.hpp"
 #include "drivers/aurora/poller.hpp"
 #include "drivers/aurora/port_setup.hpp"
+#include "drivers/aurora/rate_choice.hpp"
+#include "drivers/aurora/resumption.hpp"
 
 namespace tubed::aurora {
 
@@ -23,6 +25,7 @@ struct SessionCounts {
   std::uint64_t resets = 0;       ///< times that it said RESET
   std::uint64_t port_setups = 0;  ///< times that the ports were initialised
   std::uint64_t tracking_starts = 0;
+  std::uint64_t resumptions = 0;  ///< times that it was found tracking as before the line was interrupted
 };
 
 /// One thread. Works in slices: run() goes on for as long as it is given and keeps its place, whatever state
@@ -74,6 +77,8 @@ class Session {
   void send(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
   void take(const Reply* reply) noexcept;
   void take_search(const Reply* reply) noexcept;
+  void take_unchanged(const Reply& reply) noexcept;
+  void not_found() noexcept;
   void take_halt(const Reply* reply) noexcept;
   void take_initialise(const Reply* reply) noexcept;
   void take_identify(const Reply* reply) noexcept;
@@ -87,17 +92,17 @@ class Session {
   void search_again() noexcept;
   void was_reset() noexcept;
   void complain(const Problem& problem) noexcept;
-  [[nodiscard]] BaudRate rate_to_ask_for() const noexcept;
   bool retry() noexcept;
   void initialised() noexcept;
   void set_rate() noexcept;
   void out_of_order(Phase phase) noexcept;
   bool command_and_wait(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
 
-  SessionSettings settings_;
   CoilMap coils_;
   Exchange exchange_;
+  RateChoice rates_;
   LinkSearch search_;
+  Resumption resumption_;
   PortSetup ports_;
   Poller poller_;
   Phase phase_ = Phase::kSearch;
@@ -105,9 +110,10 @@ class Session {
   int attempts_ = 0;
   bool search_step_begun_ = false;
   MonotonicTime search_step_ends_{};
-  MonotonicTime wait_until_{};       ///< nothing is sent before
-  bool verifying_rate_ = false;      ///< COMM was answered; nothing has been heard at the new rate
-  std::uint32_t refused_rates_ = 0;  ///< bits, by place in the list of rates
+  MonotonicTime wait_until_{};   ///< nothing is sent before
+  bool verifying_rate_ = false;  ///< COMM was answered; nothing has been heard at the new rate
+  BaudRate tracking_rate_ = BaudRate::k9600;
+  bool asking_unchanged_ = false;  ///< resumption_'s command was sent
   bool asking_version_ = false;
   bool identified_ = false;
   int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row

@@ -8,6 +8,8 @@
 namespace tubed::aurora {
 namespace {
 
+using std::chrono::milliseconds;
+
 TEST(LinkSearch, Tries9600ThenTheLikelyRateThenABreakThenAll) {
   LinkSearch search;
   search.begin(BaudRate::k230400);
@@ -27,19 +29,53 @@ TEST(LinkSearch, Tries9600ThenTheLikelyRateThenABreakThenAll) {
   EXPECT_EQ(swept.size(), kRates.size());
 }
 
-TEST(LinkSearch, ListensAt9600BetweenAllOthersWhileTheTrackerIsAway) {
+class LinkSearchWhileWaiting : public testing::TestWithParam<bool> {
+ protected:
+  LinkSearchWhileWaiting() {
+    if (GetParam()) {
+      search.begin_after_loss(BaudRate::k115200);
+    } else {
+      search.begin(BaudRate::k115200);
+      while (search.advance()) {
+      }
+    }
+  }
   LinkSearch search;
-  search.begin_after_loss(BaudRate::k115200);
+};
+
+TEST_P(LinkSearchWhileWaiting, TriesTheLikelyRateAnd9600TwiceASecondWhateverElse) {
+  EXPECT_EQ(search.step().rate, BaudRate::k115200) << "it may have lost only its cable";
   std::set<BaudRate> tried;
-  bool before_was_9600 = true;
-  do {
-    const bool is_9600 = search.step().rate == BaudRate::k9600;
-    EXPECT_TRUE(is_9600 || before_was_9600);
-    before_was_9600 = is_9600;
-    tried.insert(search.step().rate);
-  } while (search.advance());
+  milliseconds since_9600{0};
+  milliseconds since_likely{0};
+  for (int i = 0; i < 1000; ++i) {
+    const SearchStep step = search.step();
+    tried.insert(step.rate);
+    since_9600 = step.rate == BaudRate::k9600 ? milliseconds(0) : since_9600 + step.patience;
+    since_likely = step.rate == BaudRate::k115200 ? milliseconds(0) : since_likely + step.patience;
+    ASSERT_LE(since_9600, milliseconds(400)) << i;
+    ASSERT_LE(since_likely, milliseconds(600)) << i;
+    search.advance();
+  }
   EXPECT_EQ(tried.size(), kRates.size());
 }
+
+TEST_P(LinkSearchWhileWaiting, SendsABreakAfterEightSecondsAndThenOnceAMinute) {
+  std::vector<double> breaks_s;
+  double now_s = 0;
+  while (now_s < 200) {
+    if (search.step().serial_break) {
+      breaks_s.push_back(now_s);
+    }
+    now_s += static_cast<double>(search.step().patience.count()) * 1e-3;
+    search.advance();
+  }
+  ASSERT_EQ(breaks_s.size(), 3U);
+  EXPECT_NEAR(breaks_s[0], 8, 0.5);
+  EXPECT_GT(breaks_s[1] - breaks_s[0], 60);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LinkSearchWhileWaiting, testing::Bool());
 
 }  // namespace
 }  // namespace tubed::aurora

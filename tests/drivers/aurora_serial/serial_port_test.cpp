@@ -221,7 +221,7 @@ TEST_F(AuroraSerialDriver, MeasuresFiveCoilsThroughAPseudoTerminal) {
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(frame.coils[static_cast<std::size_t>(i)].status, CoilStatus::kOk);
   }
-  EXPECT_EQ(frame.origin, Origin::kDevice);
+  EXPECT_EQ(frame.origin, Origin::kSimulated);
   source->close();
 }
 

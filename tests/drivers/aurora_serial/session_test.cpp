@@ -345,6 +345,18 @@ TEST(Session, FollowsATrackerWhoseClockIsOnePercentFast) {
   EXPECT_NEAR(bench.session.poller().clock().period_ns(), 1e9 / 40.4, 1e3);
 }
 
+TEST(Session, FollowsATrackerThatMeasuresSixtySixTimesASecond) {
+  emulator::DeviceSettings device = quick();
+  device.rate_hz = 66;
+  SessionBench bench(device, at(BaudRate::k230400));
+  ASSERT_TRUE(bench.start());
+  bench.run_for(seconds(5));
+  const auto before = bench.measurements;
+  bench.run_for(seconds(60));
+  EXPECT_NEAR(static_cast<double>(bench.measurements - before), 3960, 10);
+  EXPECT_EQ(bench.wrong, 0U);
+}
+
 TEST(Session, KeepsTheWireTraceOfWhatHappened) {
   SessionBench bench;
   ASSERT_TRUE(bench.start());

@@ -1,0 +1,216 @@
+// From the first answer of a tracker to its first measurement: what every reply on the way leads to.
+#include <algorithm>
+
+#include "drivers/aurora/error_codes.hpp"
+#include "drivers/aurora/session.hpp"
+
+namespace tubed::aurora {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRateSettles{100};       // clients wait 100 to 200 ms at both ends
+constexpr milliseconds kNothingPluggedIn{500};  // until the ports are looked at again
+constexpr milliseconds kAfterTrouble{500};
+constexpr milliseconds kAfterInit{60};  // clients sleep 100 ms
+constexpr int kDetoursUntilComplaint = 4;
+constexpr std::uint8_t kNotInThisMode = 0x0C;
+
+bool is_error(const Reply* reply) noexcept { return reply != nullptr && reply->kind == ReplyKind::kError; }
+
+Problem describe(std::string_view command, const Reply* reply) noexcept {
+  Problem words(command);
+  if (!is_error(reply)) {
+    return words << " was not answered; check cable and power";
+  }
+  const ErrorDescription error = describe_error(reply->error_code);
+  words << " failed with ERROR";
+  words.hex(reply->error_code) << ", " << error.meaning;
+  return words << "; " << remedy_text(error.remedy);
+}
+
+}  // namespace
+
+void Session::take_halt(const Reply* reply) noexcept {
+  if (reply == nullptr && retry()) {
+    return;
+  }
+  if (reply == nullptr) {
+    search_again();
+    return;
+  }
+  enter(after_halt_);
+}
+
+void Session::take_initialise(const Reply* reply) noexcept {
+  if (carried_out(reply)) {
+    initialised();
+    return;
+  }
+  if (retry()) {
+    return;
+  }
+  if (is_error(reply)) {
+    complain(describe("INIT", reply));
+    wait_until_ = exchange_.now() + kAfterTrouble;
+  }
+  search_again();
+}
+
+void Session::initialised() noexcept {
+  wait_until_ = exchange_.now() + kAfterInit;
+  if (identified_) {
+    set_rate();
+  } else {
+    asking_version_ = false;
+    enter(Phase::kIdentify);
+  }
+}
+
+// Nothing depends on it, so that a tracker that does not say is no trouble.
+void Session::take_identify(const Reply* reply) noexcept {
+  const bool text = reply != nullptr && reply->kind == ReplyKind::kText;
+  if (!asking_version_) {
+    api_revision_ = text ? parse_api_revision(reply->text()) : std::nullopt;
+    asking_version_ = true;
+    return;
+  }
+  if (const auto firmware = text ? find_firmware(reply->text()) : std::nullopt) {
+    firmware_ = Words<48>(*firmware);
+  }
+  identified_ = true;
+  set_rate();
+}
+
+void Session::set_rate() noexcept {
+  while (!exchange_.knows_baud(bits_per_second(rates_.best()))) {
+    rates_.refuse(rates_.best());
+  }
+  enter(bits_per_second(rates_.best()) == exchange_.baud() ? Phase::kPorts : Phase::kSetRate);
+}
+
+void Session::take_rate(const Reply* reply) noexcept {
+  const BaudRate rate = rates_.best();
+  if (carried_out(reply)) {
+    if (!exchange_.set_baud(bits_per_second(rate))) {
+      search_again();
+      return;
+    }
+    wait_until_ = exchange_.now() + kRateSettles;
+    verifying_rate_ = true;
+    enter(Phase::kPorts);
+  } else if (is_error(reply)) {
+    if (retry()) {
+      return;
+    }
+    rates_.refuse(rate);
+    set_rate();
+  } else {
+    search_again();  // it may have changed its rate, or not
+  }
+}
+
+void Session::take_ports(const Reply* reply) noexcept {
+  ports_.take(reply);
+  verifying_rate_ = verifying_rate_ && reply == nullptr;
+  switch (ports_.state()) {
+    case PortSetup::State::kBusy:
+      break;
+    case PortSetup::State::kDone:
+      ports_done();
+      break;
+    case PortSetup::State::kMustHalt:
+      out_of_order(Phase::kPorts);
+      break;
+    case PortSetup::State::kMustInit:
+      out_of_order(Phase::kInitialise);
+      break;
+    case PortSetup::State::kNoAnswer:
+      if (verifying_rate_) {
+        rates_.refuse(rates_.best());
+      }
+      verifying_rate_ = false;
+      search_again();
+      break;
+  }
+}
+
+void Session::out_of_order(Phase phase) noexcept {
+  if (++detours_ >= kDetoursUntilComplaint) {
+    complain(Problem("the tracker does not leave its mode; switch it off and on"));
+    wait_until_ = exchange_.now() + kAfterTrouble;
+  }
+  halt_then(phase);
+}
+
+void Session::ports_done() noexcept {
+  detours_ = 0;
+  std::array<CoilPlug, kMaxHandles> usable{};
+  std::size_t count = 0;
+  bool any = false;
+  for (const FoundCoil& coil : ports_.found()) {
+    if (coil.usable) {
+      usable[count++] = coil.plug;
+      any |= coils_.coil_at(coil.plug).has_value();
+    }
+  }
+  Problem missing = describe_missing(coils_, std::span(usable).first(count));
+  for (const FoundCoil& coil : ports_.found()) {
+    if (!coil.usable && coil.error_code != 0) {
+      (missing << "; port " << coil.plug.port << ": ERROR").hex(coil.error_code);
+    }
+  }
+  if (!missing.empty() && !(missing == last_missing_)) {
+    complain(missing);
+  }
+  last_missing_ = missing;
+  if (any) {
+    enter(Phase::kStart);
+  } else {
+    wait_until_ = exchange_.now() + kNothingPluggedIn;
+    enter(Phase::kPorts);
+  }
+}
+
+void Session::take_start(const Reply* reply) noexcept {
+  if (carried_out(reply)) {
+    start_tracking();
+    return;
+  }
+  if (is_error(reply) && reply->error_code == kNotInThisMode) {
+    halt_then(Phase::kPorts);
+    return;
+  }
+  if (retry()) {
+    return;
+  }
+  if (is_error(reply)) {
+    complain(describe("TSTART", reply));
+    wait_until_ = exchange_.now() + kAfterTrouble;
+    halt_then(Phase::kInitialise);
+    return;
+  }
+  search_again();
+}
+
+void Session::start_tracking() noexcept {
+  std::array<TrackedHandle, kMaxTrackerCoils> tracked{};
+  std::array<FoundCoil, kMaxTrackerCoils> coils{};
+  std::size_t count = 0;
+  for (const FoundCoil& coil : ports_.found()) {
+    const auto index = coil.usable ? coils_.coil_at(coil.plug) : std::nullopt;
+    if (index && count < tracked.size()) {
+      coils[count] = coil;
+      tracked[count++] = {coil.handle, *index, coil.simulated};
+    }
+  }
+  ++counts_.tracking_starts;
+  exchange_.trace().note(exchange_.now(), "tracking");
+  tracking_rate_ = baud_rate(exchange_.baud()).value_or(rates_.wanted());
+  poller_.start(std::span(tracked).first(count), exchange_.now());
+  enter(Phase::kTrack);
+  resumption_.remember(std::span(coils).first(count));
+}
+
+}  // namespace tubed::aurora
