@@ -113,8 +113,7 @@ void send_answer(int connection, tubed_shm_answer answer, int descriptor) noexce
   static_cast<void>(sendmsg(connection, &message, MSG_NOSIGNAL | MSG_DONTWAIT));
 }
 
-/// The descriptor of a received message, -1 without one. More than one does not fit into the buffer: the
-/// kernel closes the others.
+/// The descriptor of a received message, -1 without one.
 int received_descriptor(msghdr& message) {
   const cmsghdr* rights = CMSG_FIRSTHDR(&message);
   if (rights == nullptr || rights->cmsg_level != SOL_SOCKET || rights->cmsg_type != SCM_RIGHTS ||
@@ -124,6 +123,34 @@ int received_descriptor(msghdr& message) {
   int descriptor = -1;
   std::memcpy(&descriptor, CMSG_DATA(rights), sizeof(descriptor));
   return descriptor;
+}
+
+/// What the writer at `path` handed out. Throws ShmError when that is nothing.
+int take_answer(int socket, const std::string& path) {
+  tubed_shm_greeting greeting{};
+  iovec part{&greeting, sizeof(greeting)};
+  ControlBuffer control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.bytes;
+  // Room for one descriptor and no more: what else is sent the kernel closes. CMSG_SPACE() has room for two.
+  message.msg_controllen = CMSG_LEN(sizeof(int));
+  const ssize_t received = recvmsg(socket, &message, MSG_CMSG_CLOEXEC | MSG_DONTWAIT);
+  Closing descriptor(received >= 0 ? received_descriptor(message) : -1);
+  if (received != sizeof(greeting) || greeting.magic != TUBED_SHM_MAGIC) {
+    throw ShmError("what answers at '" + path + "' is not tubed's shared memory");
+  }
+  if (greeting.answer == TUBED_SHM_NOT_ALLOWED) {
+    throw ShmError("the writer at '" + path + "' refuses this user; join the group of the socket");
+  }
+  if (greeting.answer == TUBED_SHM_TOO_OFTEN) {
+    throw ShmError("the writer at '" + path + "' was asked too often; wait a second");
+  }
+  if (descriptor.get() < 0) {
+    throw ShmError("the writer at '" + path + "' handed nothing out");
+  }
+  return descriptor.release();
 }
 
 }  // namespace
@@ -212,49 +239,59 @@ bool ShmDoor::comes_too_often(uid_t user, std::int64_t now_ns) noexcept {
   return false;
 }
 
-int fetch_descriptor(const std::string& path, int patience_ms, const std::vector<uid_t>& trusted) {
-  const Closing socket(open_socket());
-  if (connect_to(socket.get(), address_of(path)) != 0) {
-    if (errno == ENOENT || errno == ECONNREFUSED) {
-      throw ShmError("nobody writes at '" + path + "'; start the writer or correct the path");
+ShmVisit::ShmVisit(const std::string& path, const std::vector<uid_t>& trusted)
+    : path_(path), trusted_(trusted) {
+  Closing opened(open_socket());
+  socket_ = opened.get();
+  is_waiting_ = knock();
+  opened.release();  // an exception closes it, the destructor does not run then
+}
+
+ShmVisit::~ShmVisit() { close(socket_); }
+
+/// False when the queue at the door is full.
+bool ShmVisit::knock() {
+  if (connect_to(socket_, address_of(path_)) != 0) {
+    if (errno == EAGAIN) {
+      return false;
     }
-    fail("cannot connect to '" + path + "'", errno == EACCES ? "; join the group of the socket" : "");
+    if (errno == ENOENT || errno == ECONNREFUSED) {
+      throw ShmError("nobody writes at '" + path_ + "'; start the writer or correct the path");
+    }
+    fail("cannot connect to '" + path_ + "'", errno == EACCES ? "; join the group of the socket" : "");
   }
   ucred peer{};
   socklen_t length = sizeof(peer);
-  if (getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &peer, &length) != 0 ||
-      (!trusted.empty() && std::find(trusted.begin(), trusted.end(), peer.uid) == trusted.end())) {
-    throw ShmError("the writer at '" + path + "' is user " + std::to_string(peer.uid) +
+  if (getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &peer, &length) != 0) {
+    fail("cannot learn who writes at '" + path_ + "'");
+  }
+  if (!trusted_.empty() && std::find(trusted_.begin(), trusted_.end(), peer.uid) == trusted_.end()) {
+    throw ShmError("the writer at '" + path_ + "' is user " + std::to_string(peer.uid) +
                    ", who is not trusted");
   }
-  pollfd readable{socket.get(), POLLIN, 0};
-  if (poll(&readable, 1, patience_ms) <= 0) {
+  return true;
+}
+
+std::optional<int> ShmVisit::answer(int patience_ms) {
+  int left_ms = patience_ms;
+  while (!is_waiting_ && !(is_waiting_ = knock())) {
+    if (left_ms <= 0) {
+      return {};
+    }
+    poll(nullptr, 0, 1);
+    --left_ms;
+  }
+  pollfd readable{socket_, POLLIN, 0};
+  return poll(&readable, 1, left_ms) > 0 ? std::optional<int>(take_answer(socket_, path_)) : std::nullopt;
+}
+
+int fetch_descriptor(const std::string& path, int patience_ms, const std::vector<uid_t>& trusted) {
+  const std::optional<int> descriptor = ShmVisit(path, trusted).answer(patience_ms);
+  if (!descriptor) {
     throw ShmError("the writer at '" + path + "' does not answer within " + std::to_string(patience_ms) +
-                   " ms; it hangs");
+                   " ms; it hangs or others besiege it");
   }
-  tubed_shm_greeting greeting{};
-  iovec part{&greeting, sizeof(greeting)};
-  ControlBuffer control{};
-  msghdr message{};
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control.bytes;
-  message.msg_controllen = sizeof(control.bytes);
-  const ssize_t received = recvmsg(socket.get(), &message, MSG_CMSG_CLOEXEC | MSG_DONTWAIT);
-  Closing descriptor(received > 0 ? received_descriptor(message) : -1);
-  if (received != sizeof(greeting) || greeting.magic != TUBED_SHM_MAGIC) {
-    throw ShmError("what answers at '" + path + "' is not tubed's shared memory");
-  }
-  if (greeting.answer == TUBED_SHM_NOT_ALLOWED) {
-    throw ShmError("the writer at '" + path + "' refuses this user; join the group of the socket");
-  }
-  if (greeting.answer == TUBED_SHM_TOO_OFTEN) {
-    throw ShmError("the writer at '" + path + "' was asked too often; wait a second");
-  }
-  if (descriptor.get() < 0) {
-    throw ShmError("the writer at '" + path + "' handed nothing out");
-  }
-  return descriptor.release();
+  return *descriptor;
 }
 
 }  // namespace tubed

@@ -64,8 +64,30 @@ class ShmDoor {
   ShmDoorCounters counters_;
 };
 
-/// The reader's side: asks the writer at `path` for its descriptor, waiting `patience_ms` at most. `trusted`:
-/// the users a writer may run as; empty = any. Throws ShmError: nobody there, refused, not answering.
+/// The reader's side: one call at a writer's door. It goes on between two calls of answer(), so that a
+/// program that never has time to wait is let in too. One thread.
+class ShmVisit {
+ public:
+  /// `trusted`: the users a writer may run as; empty = any. Throws ShmError: nobody there, not trusted.
+  ShmVisit(const std::string& path, const std::vector<uid_t>& trusted);
+  ~ShmVisit();
+  ShmVisit(const ShmVisit&) = delete;
+  ShmVisit& operator=(const ShmVisit&) = delete;
+
+  /// The descriptor, which is the caller's from then on; nothing when the writer does not answer within
+  /// `patience_ms`. Throws ShmError: refused, no writer of tubed's.
+  std::optional<int> answer(int patience_ms);
+
+ private:
+  bool knock();
+
+  std::string path_;
+  std::vector<uid_t> trusted_;
+  int socket_ = -1;
+  bool is_waiting_ = false;  ///< connected; before that others fill the queue at the door
+};
+
+/// A visit that ends after `patience_ms`. Throws ShmError: as ShmVisit, or not answering.
 int fetch_descriptor(const std::string& path, int patience_ms, const std::vector<uid_t>& trusted);
 
 }  // namespace tubed

@@ -21,7 +21,10 @@ std::int64_t difference(std::int64_t later, std::int64_t earlier) {
 }  // namespace
 
 ShmReader::ShmReader(const ShmReaderSettings& settings)
-    : segment_(ShmSegment::adopt(fetch_descriptor(settings.path, settings.patience_ms, settings.trusted))),
+    : ShmReader(fetch_descriptor(settings.path, settings.patience_ms, settings.trusted), settings) {}
+
+ShmReader::ShmReader(int descriptor, const ShmReaderSettings& settings)
+    : segment_(ShmSegment::adopt(descriptor)),
       ring_(segment_.memory(), segment_.bytes()),
       taken_(ring_.newest()) {
   const ShmIdentity& identity = ring_.identity();

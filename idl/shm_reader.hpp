@@ -33,6 +33,9 @@ class ShmReader {
  public:
   /// Connects. Throws ShmError.
   explicit ShmReader(const ShmReaderSettings& settings);
+  /// With the descriptor that a visit of settings.path brought; takes it over, also when it throws. Throws
+  /// ShmError.
+  ShmReader(int descriptor, const ShmReaderSettings& settings);
 
   [[nodiscard]] const ShmIdentity& identity() const { return ring_.identity(); }
   [[nodiscard]] ShmNews news(std::int64_t now_ns) const noexcept;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <climits>
 #include <cstring>
 #include <ctime>
@@ -190,7 +189,9 @@ ShmRingReader::ShmRingReader(const std::byte* memory, std::size_t bytes)
                    ", this program knows " + std::to_string(TUBED_SHM_LAYOUT_VERSION) +
                    ": install the same tubed for both");
   }
-  geometry_ = {header_.slot_count, header_.payload_bytes};
+  // Loaded once: what is checked is what is kept, whatever the writer does meanwhile.
+  geometry_ = {load(header_.slot_count, std::memory_order_relaxed),
+               load(header_.payload_bytes, std::memory_order_relaxed)};
   check_geometry(geometry_);
   if (header_.slot_bytes != geometry_.slot_bytes() || bytes < geometry_.segment_bytes()) {
     throw ShmError("the shared memory is smaller than its header says");
@@ -219,18 +220,15 @@ ShmSample ShmRingReader::look(std::uint64_t number) const noexcept {
 void ShmRingReader::wait(std::uint64_t seen, std::int64_t deadline_ns) const noexcept {
   const timespec until{static_cast<time_t>(deadline_ns / 1'000'000'000),
                        static_cast<long>(deadline_ns % 1'000'000'000)};
-  while (true) {
-    // Before looking for news: what comes after this load changes the word, and the kernel does not put us to
-    // sleep.
-    const std::uint32_t rung = load(header_.wake, std::memory_order_acquire);
-    if (newest() != seen || has_ended()) {
-      return;
-    }
-    // An absolute time of CLOCK_MONOTONIC. The mapping is read-only, which the kernel allows for waiting.
-    if (futex(header_.wake, FUTEX_WAIT_BITSET, rung, &until) != 0 && errno != EAGAIN && errno != EINTR) {
-      return;
-    }
+  // Before looking for news: what comes after this load changes the word, and the kernel does not put us to
+  // sleep.
+  const std::uint32_t rung = load(header_.wake, std::memory_order_acquire);
+  if (newest() != seen || has_ended()) {
+    return;
   }
+  // An absolute time of CLOCK_MONOTONIC. The mapping is read-only, which the kernel allows for waiting. Once
+  // only: whom a writer gone mad rings up without news, the caller's own clock ends.
+  futex(header_.wake, FUTEX_WAIT_BITSET, rung, &until);
 }
 
 }  // namespace tubed

@@ -95,7 +95,7 @@ class ShmRingReader {
   /// Sample `number`; look at whole() before believing it.
   [[nodiscard]] ShmSample look(std::uint64_t number) const noexcept;
   /// Sleeps until there is a newer sample than `seen`, the writer says goodbye, or CLOCK_MONOTONIC
-  /// `deadline_ns`.
+  /// `deadline_ns`. May come back early, and does when it is rung up without news: look, and wait again.
   void wait(std::uint64_t seen, std::int64_t deadline_ns) const noexcept;
 
  private:

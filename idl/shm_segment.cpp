@@ -45,7 +45,8 @@ ShmSegment ShmSegment::create(const std::string& name, std::size_t bytes) {
 ShmSegment ShmSegment::adopt(int descriptor) {
   ShmSegment segment(descriptor);
   const int seals = fcntl(descriptor, F_GET_SEALS);
-  constexpr int kNeeded = F_SEAL_SHRINK | F_SEAL_GROW;
+  // FUTURE_WRITE too: without it the writer could take pages away later.
+  constexpr int kNeeded = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE;
   struct stat status {};
   struct statfs system {};
   if (seals < 0 || (seals & kNeeded) != kNeeded || fstat(descriptor, &status) != 0 ||

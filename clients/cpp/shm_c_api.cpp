@@ -3,7 +3,8 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
-#include <new>
+#include <limits>
+#include <string>
 
 #include "clients/cpp/shm_image_writer.hpp"
 #include "clients/cpp/shm_tube_reader.hpp"
@@ -25,6 +26,9 @@ tubed::ShmImageWriterSettings checked(const tubed_image_writer_settings* setting
   }
   tubed::ShmImageWriterSettings result{settings->socket,      settings->camera,          settings->most_width,
                                        settings->most_height, settings->most_depth_bits, {}};
+  if (settings->group > std::numeric_limits<gid_t>::max()) {
+    throw tubed::ShmError("there is no group " + std::to_string(settings->group));
+  }
   if (settings->group >= 0) {
     result.group = static_cast<gid_t>(settings->group);
   }

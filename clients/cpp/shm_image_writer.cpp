@@ -60,7 +60,7 @@ bool ShmImageWriter::commit(const tubed_shm_image& image) noexcept {
 
 bool ShmImageWriter::put(const tubed_shm_image& image, const void* pixels) noexcept {
   const std::optional<std::size_t> bytes = pixel_bytes(image);
-  if (!bytes) {
+  if (!bytes || (pixels == nullptr && *bytes > 0)) {
     return false;
   }
   writer_.begin();

@@ -33,7 +33,7 @@ class ShmImageWriter {
   /// Publishes what was filled in. False, and nothing is published, for a depth other than 8 or 16, an
   /// unknown origin, or an image larger than the largest.
   bool commit(const tubed_shm_image& image) noexcept;
-  /// begin, copy, commit. `pixels` may be null when fluoroscopy is off.
+  /// begin, copy, commit. `pixels` may be null when fluoroscopy is off; false when it is null otherwise.
   bool put(const tubed_shm_image& image, const void* pixels) noexcept;
   /// Shows that the program works though there is no image.
   void beat() noexcept;

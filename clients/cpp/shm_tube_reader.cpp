@@ -1,8 +1,11 @@
 #include "clients/cpp/shm_tube_reader.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <ctime>
 #include <exception>
+#include <iterator>
 #include <span>
 
 namespace tubed {
@@ -21,6 +24,27 @@ std::int64_t monotonic_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+/// What a C program would run beyond, or C++ may not read, were it believed.
+bool is_sound(const tubed_shm_estimate& estimate) {
+  const auto is_bool = [](const bool& value) {
+    std::uint8_t byte = 0;
+    std::memcpy(&byte, &value, 1);
+    return byte <= 1;
+  };
+  return std::memchr(estimate.instrument_id, '\0', sizeof(estimate.instrument_id)) != nullptr &&
+         is_bool(estimate.has_image) && is_bool(estimate.is_image_instant) &&
+         estimate.point_count <= std::size(estimate.points) &&
+         estimate.coefficient_count <= std::size(estimate.coefficients_mm) &&
+         estimate.coil_count <= std::size(estimate.coils);
+}
+
+/// Also what comes from a future beyond the lifespan: it would never grow old.
+bool is_history(std::int64_t published_ns, std::int64_t now_ns) {
+  const auto age_ns = static_cast<std::int64_t>(static_cast<std::uint64_t>(now_ns) -
+                                                static_cast<std::uint64_t>(published_ns));
+  return age_ns > kLifespanNs || age_ns < -kLifespanNs;
 }
 
 }  // namespace
@@ -84,35 +108,51 @@ ShmTubeNews ShmTubeReader::wait_for(std::chrono::milliseconds timeout) noexcept 
 }
 
 void ShmTubeReader::connect(std::int64_t now_ns, std::int64_t until_ns) {
-  const std::int64_t patience_ns = std::clamp<std::int64_t>(until_ns - now_ns, 0, kPatienceNs);
   try {
-    reader_.emplace(ShmReaderSettings{.path = settings_.socket,
-                                      .content = TUBED_SHM_ESTIMATES,
-                                      .content_version = TUBED_SHM_ESTIMATES_VERSION,
-                                      .patience_ms = static_cast<int>(patience_ns / kMillisecond) + 1,
-                                      .trusted = settings_.trusted});
-    why_.clear();
+    visit(now_ns, until_ns);
   } catch (const std::exception& error) {
+    visit_.reset();
     why_ = error.what();
     next_try_ns_ = now_ns + kRetryNs;
   }
 }
 
+/// Goes on from call to call: who waits 1 ms at a time is let in too.
+void ShmTubeReader::visit(std::int64_t now_ns, std::int64_t until_ns) {
+  if (!visit_) {
+    visit_.emplace(settings_.socket, settings_.trusted);
+    visit_ends_ns_ = now_ns + kPatienceNs;
+    why_ = "the daemon at '" + settings_.socket + "' has not answered yet";
+  }
+  const std::int64_t patience_ns =
+      std::max<std::int64_t>(std::min(until_ns, visit_ends_ns_) - now_ns + kMillisecond - 1, 0);
+  if (const std::optional<int> descriptor = visit_->answer(static_cast<int>(patience_ns / kMillisecond))) {
+    visit_.reset();
+    reader_.emplace(*descriptor, ShmReaderSettings{.path = settings_.socket,
+                                                   .content = TUBED_SHM_ESTIMATES,
+                                                   .content_version = TUBED_SHM_ESTIMATES_VERSION,
+                                                   .trusted = settings_.trusted});
+    why_.clear();
+  } else if (monotonic_ns() >= visit_ends_ns_) {
+    throw ShmError("the daemon at '" + settings_.socket + "' does not answer; it hangs or others besiege it");
+  }
+}
+
 bool ShmTubeReader::take(std::int64_t now_ns, ShmTubeNews& news) {
   const std::uint64_t lost_before = reader_->lost();
-  const ShmSample sample =
-      settings_.delivery == ShmDelivery::kEvery ? reader_->take_next() : reader_->take_newest();
-  // Superseded on purpose is not lost.
-  lost_ += settings_.delivery == ShmDelivery::kEvery ? reader_->lost() - lost_before : 0;
+  const ShmSample sample = reader_->take_next();
+  lost_ += reader_->lost() - lost_before;
   const auto to = std::as_writable_bytes(std::span(&estimate_, 1));
-  if (sample.bytes() != to.size() || !sample.copy(0, to) || !sample.whole() ||
-      now_ns - sample.published_ns() > kLifespanNs) {
+  if (sample.bytes() != to.size() || !sample.copy(0, to) || !sample.whole() || !is_sound(estimate_) ||
+      is_history(sample.published_ns(), now_ns)) {
     ++lost_;
     return false;
   }
-  estimate_.instrument_id[sizeof(estimate_.instrument_id) - 1] = '\0';
   if (!settings_.instrument_id.empty() && settings_.instrument_id != estimate_.instrument_id) {
     return false;
+  }
+  if (settings_.delivery == ShmDelivery::kNewest && is_superseded(sample.number())) {
+    return false;  // on purpose, not lost
   }
   news = {.event = ShmTubeEvent::kEstimate,
           .estimate = &estimate_,
@@ -124,6 +164,22 @@ bool ShmTubeReader::take(std::int64_t now_ns, ShmTubeNews& news) {
   lost_ = 0;
   told_ = Told::kNothing;
   return true;
+}
+
+/// A later sample in the ring is of the same instrument as estimate_.
+bool ShmTubeReader::is_superseded(std::uint64_t number) const noexcept {
+  const ShmRingReader& ring = reader_->ring();
+  // Newest first: as a rule one look is enough. Bounded, whatever the writer says is its newest.
+  std::uint64_t later = ring.newest();
+  for (std::uint32_t looks = 0; later > number && looks < ring.geometry().slot_count; --later, ++looks) {
+    std::array<char, sizeof(estimate_.instrument_id)> id{};
+    const ShmSample sample = ring.look(later);
+    if (sample.copy(0, std::as_writable_bytes(std::span(id))) && sample.whole() &&
+        std::strncmp(id.data(), estimate_.instrument_id, id.size()) == 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 ShmTubeNews ShmTubeReader::tell(ShmTubeEvent event) {

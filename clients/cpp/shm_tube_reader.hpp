@@ -25,7 +25,8 @@ enum class ShmTubeEvent {
 /// "estimate", "deadline missed", ... as TubeEvent is named.
 std::string_view name_of(ShmTubeEvent event);
 
-/// Which samples wait_for() hands over when several came since the last call.
+/// Which samples wait_for() hands over when several came since the last call: all that the ring still has, or
+/// of each instrument the newest.
 enum class ShmDelivery { kNewest, kEvery };
 
 struct ShmTubeReaderSettings {
@@ -47,7 +48,7 @@ struct ShmTubeNews {
 
 /// One thread at a time. Connects inside wait_for(), again and again: the daemon may start later and more
 /// than once. A sample that was published more than 200 ms ago is history, counts as lost and is not handed
-/// over.
+/// over; nor is one that contradicts itself: every count of a sample handed over is within its array.
 class ShmTubeReader {
  public:
   explicit ShmTubeReader(ShmTubeReaderSettings settings) : settings_(std::move(settings)) {}
@@ -61,12 +62,16 @@ class ShmTubeReader {
   enum class Told { kNothing, kDeadline, kLost };
 
   void connect(std::int64_t now_ns, std::int64_t until_ns);
+  void visit(std::int64_t now_ns, std::int64_t until_ns);
   bool take(std::int64_t now_ns, ShmTubeNews& news);
+  [[nodiscard]] bool is_superseded(std::uint64_t number) const noexcept;
   ShmTubeNews tell(ShmTubeEvent event);
   [[nodiscard]] ShmTubeEvent silence(std::int64_t now_ns) const;
   [[nodiscard]] std::int64_t next_look_ns(std::int64_t until_ns) const;
 
   ShmTubeReaderSettings settings_;
+  std::optional<ShmVisit> visit_;  ///< while the daemon has not answered yet
+  std::int64_t visit_ends_ns_ = 0;
   std::optional<ShmReader> reader_;
   std::string why_ = "not tried yet";
   std::int64_t next_try_ns_ = 0;

@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kPatienceMs = 300;  // a writer shows up at its door every 100 ms
 constexpr std::int64_t kMostAheadNs = 5'000'000;
+constexpr std::int64_t kLookNs = 2'000'000;
+constexpr std::int64_t kBurst = 32;
 constexpr std::uint32_t kMostSide = 1U << 15U;
 
 std::optional<Origin> origin_of(std::uint32_t word) {
@@ -54,7 +56,6 @@ OpenResult ShmImageSource::open() {
     return {false,
             "the writer at '" + socket_ + "' grabs camera '" + other + "', expected '" + camera_.name + "'"};
   }
-  newest_exposure_ns_ = 0;
   return {true, {}};
 }
 
@@ -66,6 +67,10 @@ ReadOutcome ShmImageSource::read(ImageFrame& frame, MonotonicTime deadline) noex
     const MonotonicTime now = monotonic_now();
     switch (reader_->news(to_ns(now))) {
       case ShmNews::kSample: {
+        if (!may_look(to_ns(now))) {
+          sleep_until(now + std::chrono::nanoseconds(kLookNs), deadline);
+          break;
+        }
         const Taken taken = take(frame, now);
         if (taken != Taken::kOvertaken) {
           return taken == Taken::kFrame ? ReadOutcome::kFrame : ReadOutcome::kRefused;
@@ -83,6 +88,16 @@ ReadOutcome ShmImageSource::read(ImageFrame& frame, MonotonicTime deadline) noex
     }
     reader_->sleep_until(to_ns(deadline));
   }
+}
+
+/// A look costs kLookNs of time that passes anyhow, of which kBurst looks may be owed.
+bool ShmImageSource::may_look(std::int64_t now_ns) noexcept {
+  const std::int64_t from_ns = std::max(looked_until_ns_, now_ns - kBurst * kLookNs);
+  if (from_ns + kLookNs > now_ns) {
+    return false;
+  }
+  looked_until_ns_ = from_ns + kLookNs;
+  return true;
 }
 
 ShmImageSource::Taken ShmImageSource::take(ImageFrame& frame, MonotonicTime now) noexcept {

@@ -21,13 +21,16 @@ class ShmImageSource final : public ImageSource {
 
   OpenResult open() override;
   /// Refuses what contradicts itself: unknown origin or depth, fewer pixels than its size says, an exposure
-  /// of the future or not after the one before. An image of another size than the camera's is handed on
+  /// of the future or not after the one before, be it of an earlier start of the writer. Looks at no more
+  /// than 500 images a second, after a burst of 32: a writer gone mad does not keep a real-time thread busy.
+  /// An image of another size than the camera's is handed on
   /// without its pixels: the checks of images say so by name.
   ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override { reader_.reset(); }
 
  private:
   enum class Taken { kFrame, kRefused, kOvertaken };
+  bool may_look(std::int64_t now_ns) noexcept;
   Taken take(ImageFrame& frame, MonotonicTime now) noexcept;
   [[nodiscard]] bool is_plausible(const tubed_shm_image& image, std::size_t payload_bytes,
                                   MonotonicTime now) const noexcept;
@@ -37,6 +40,7 @@ class ShmImageSource final : public ImageSource {
   std::vector<uid_t> trusted_;
   std::optional<ShmReader> reader_;
   std::int64_t newest_exposure_ns_ = 0;
+  std::int64_t looked_until_ns_ = 0;  ///< what the looks so far have used up of the time
 };
 
 }  // namespace tubed

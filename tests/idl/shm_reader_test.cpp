@@ -3,12 +3,17 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <memory>
 #include <thread>
 
 #include "tests/idl/shm_bed.hpp"
@@ -172,6 +177,83 @@ TEST(ShmReader, AWriterThatHangsIsGivenUpAfterThePatience) {
   }
 }
 
+/// Counts this process's descriptors.
+std::ptrdiff_t open_descriptors() {
+  const std::filesystem::directory_iterator all("/proc/self/fd");
+  return std::distance(begin(all), end(all));
+}
+
+/// A door of somebody's own making, who answers the first visitor with a greeting and `descriptors`.
+std::thread forged_door(const std::string& path, std::vector<int> descriptors) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  const int door = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  EXPECT_EQ(bind(door, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  EXPECT_EQ(listen(door, 1), 0);
+  return std::thread([door, descriptors = std::move(descriptors)] {
+    const int visitor = accept(door, nullptr, nullptr);
+    tubed_shm_greeting greeting{TUBED_SHM_MAGIC, TUBED_SHM_LAYOUT_VERSION, TUBED_SHM_WELCOME};
+    iovec part{&greeting, sizeof(greeting)};
+    const std::size_t bytes = descriptors.size() * sizeof(int);
+    std::vector<char> control(CMSG_SPACE(bytes));
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(bytes);
+    std::memcpy(CMSG_DATA(rights), descriptors.data(), bytes);
+    sendmsg(visitor, &message, MSG_NOSIGNAL);
+    close(visitor);
+    close(door);
+  });
+}
+
+TEST(ShmVisit, DescriptorsThatAWriterAddsDoNotStayWithTheReader) {
+  for (const std::size_t sent : {2U, 3U, 40U}) {
+    const ShmFolder folder;
+    const std::ptrdiff_t before = open_descriptors();
+    std::thread door = forged_door(folder.socket(), std::vector<int>(sent, STDERR_FILENO));
+    EXPECT_THROW(ShmReader(small_reader(folder.socket())), ShmError);
+    door.join();
+    EXPECT_EQ(open_descriptors(), before) << sent << " were sent";
+  }
+}
+
+TEST(ShmVisit, WhoNeverWaitsIsLetInAtALaterCall) {
+  const ShmFolder folder;
+  ShmWriter writer(small_writer(folder.socket()), 0);
+  ShmVisit visit(folder.socket(), {});
+  EXPECT_FALSE(visit.answer(0).has_value());
+  writer.beat(0);
+  const std::optional<int> descriptor = visit.answer(0);
+  ASSERT_TRUE(descriptor.has_value());
+  EXPECT_EQ(ShmReader(*descriptor, small_reader(folder.socket())).identity().name, "A");
+}
+
+TEST(ShmVisit, AFullQueueAtTheDoorIsWaitedFor) {
+  const ShmFolder folder;
+  ShmWriter writer(small_writer(folder.socket()), 0);
+  std::vector<std::unique_ptr<ShmVisit>> queue;
+  for (int i = 0; i < 200; ++i) {  // more than the door lets queue
+    queue.push_back(std::make_unique<ShmVisit>(folder.socket(), std::vector<uid_t>{}));
+  }
+  ShmVisit visit(folder.socket(), {});
+  EXPECT_FALSE(visit.answer(5).has_value());
+  queue.clear();
+  std::optional<int> descriptor;
+  for (std::int64_t now_s = 0; now_s < 100 && !descriptor; ++now_s) {
+    writer.beat(now_s * 1000 * kMillisecond);  // the rate limit lets a second's worth through each time
+    descriptor = visit.answer(0);
+  }
+  ASSERT_TRUE(descriptor.has_value());
+  close(*descriptor);
+}
+
 TEST(ShmDoor, ASocketOfALivingWriterIsNotTaken) {
   const ShmFolder folder;
   const ShmWriter writer(small_writer(folder.socket()), shm_test_now_ns());
@@ -242,6 +324,13 @@ TEST(ShmSegment, WhatIsNotSealedIsNotBelieved) {
 TEST(ShmSegment, MemoryWithHolesIsNotBelieved) {
   const int descriptor = memfd_create("hollow", MFD_CLOEXEC | MFD_ALLOW_SEALING);
   ASSERT_EQ(ftruncate(descriptor, 8192), 0);
+  ASSERT_EQ(fcntl(descriptor, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE), 0);
+  EXPECT_THROW(ShmSegment::adopt(descriptor), ShmError);
+}
+
+TEST(ShmSegment, MemoryThatTheWriterCouldTakeAwayLaterIsNotBelieved) {
+  const int descriptor = memfd_create("sealed too little", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  ASSERT_EQ(fallocate(descriptor, 0, 0, 8192), 0);
   ASSERT_EQ(fcntl(descriptor, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW), 0);
   EXPECT_THROW(ShmSegment::adopt(descriptor), ShmError);
 }

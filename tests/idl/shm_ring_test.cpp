@@ -1,6 +1,9 @@
 #include "idl/shm_ring.hpp"
 
 #include <gtest/gtest.h>
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -150,6 +153,25 @@ TEST_F(ShmRing, WaitingEndsAtTheDeadline) {
   const std::int64_t before_ns = shm_test_now_ns();
   reader_.wait(1, before_ns + 2'000'000);
   EXPECT_GE(shm_test_now_ns(), before_ns + 2'000'000);
+}
+
+TEST_F(ShmRing, WhoIsRungUpWithoutNewsIsNotKept) {
+  publish(1);
+  auto& header = *reinterpret_cast<tubed_shm_header*>(bytes_);
+  std::atomic<bool> done{false};
+  std::thread mad([&] {
+    while (!done) {
+      std::atomic_ref(header.wake).fetch_add(1);
+      syscall(SYS_futex, &header.wake, FUTEX_WAKE, 1, nullptr, nullptr, 0);
+      std::this_thread::yield();
+    }
+  });
+  const std::int64_t begun_ns = shm_test_now_ns();
+  reader_.wait(1, begun_ns + 20'000'000'000);
+  const std::int64_t kept_ns = shm_test_now_ns() - begun_ns;
+  done = true;
+  mad.join();
+  EXPECT_LT(kept_ns, 10'000'000'000);
 }
 
 TEST_F(ShmRing, AGoodbyeEndsWaiting) {

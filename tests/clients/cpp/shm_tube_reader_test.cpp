@@ -34,6 +34,10 @@ class PlayedDaemon {
     estimate.sequence_number = number;
     estimate.daemon_start = start_;
     estimate.points[127].p_world_mm[2] = static_cast<double>(number);
+    publish(estimate, age_ns);
+  }
+
+  void publish(const tubed_shm_estimate& estimate, std::int64_t age_ns = 0) {
     writer_.publish(std::as_bytes(std::span(&estimate, 1)), shm_test_now_ns() - age_ns);
   }
 
@@ -148,6 +152,66 @@ TEST_F(ShmTubeReaderTest, OnlyTheInstrumentAskedForIsHandedOver) {
   EXPECT_STREQ(reader.wait_for(milliseconds(0)).estimate->instrument_id, "cath-2");
 }
 
+TEST_F(ShmTubeReaderTest, WhoNeverWaitsIsConnectedToo) {
+  PlayedDaemon daemon(folder_.socket());
+  EXPECT_EQ(reader_.wait_for(milliseconds(0)).event, ShmTubeEvent::kTimeout);
+  EXPECT_NE(reader_.why().find("has not answered yet"), std::string::npos) << reader_.why();
+  daemon.publish(1);  // lets in who waits at the door
+  reader_.wait_for(milliseconds(0));
+  EXPECT_EQ(reader_.why(), "");
+}
+
+TEST_F(ShmTubeReaderTest, TheNewestOfEachInstrumentIsHandedOverToALateReader) {
+  PlayedDaemon daemon(folder_.socket());
+  ShmTubeReader all(
+      {.socket = folder_.socket(), .instrument_id = {}, .delivery = ShmDelivery::kNewest, .trusted = {}});
+  ShmTubeReader one({.socket = folder_.socket(),
+                     .instrument_id = "cath-1",
+                     .delivery = ShmDelivery::kNewest,
+                     .trusted = {}});
+  connect(all, daemon);
+  connect(one, daemon);
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    daemon.publish(number, "cath-1");
+    daemon.publish(number, "cath-2");
+  }
+  for (const char* instrument : {"cath-1", "cath-2"}) {
+    const ShmTubeNews news = all.wait_for(milliseconds(0));
+    ASSERT_EQ(news.event, ShmTubeEvent::kEstimate);
+    EXPECT_STREQ(news.estimate->instrument_id, instrument);
+    EXPECT_EQ(news.estimate->sequence_number, 3U);
+  }
+  EXPECT_EQ(all.wait_for(milliseconds(0)).event, ShmTubeEvent::kTimeout);
+  EXPECT_EQ(one.wait_for(milliseconds(0)).estimate->sequence_number, 3U);
+}
+
+TEST_F(ShmTubeReaderTest, AShapeWithMorePointsThanItHasRoomForIsNotHandedOver) {
+  PlayedDaemon daemon(folder_.socket());
+  connect(reader_, daemon);
+  const auto lie = [&](auto&& about) {
+    tubed_shm_estimate estimate{};
+    about(estimate);
+    daemon.publish(estimate);
+    return reader_.wait_for(milliseconds(0)).event;
+  };
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.point_count = 129; }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.coefficient_count = 65; }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.coil_count = 17; }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { std::memset(&e.has_image, 2, 1); }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { std::memset(e.instrument_id, 'x', 65); }),
+            ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.point_count = 128; }), ShmTubeEvent::kEstimate);
+}
+
+TEST_F(ShmTubeReaderTest, AShapeOfAnotherTimeIsNotHandedOver) {
+  PlayedDaemon daemon(folder_.socket());
+  connect(reader_, daemon);
+  for (const std::int64_t age_ns : {std::int64_t{-300'000'000}, std::int64_t{4'000'000'000'000'000'000}}) {
+    daemon.publish(1, "cath-1", age_ns);
+    EXPECT_NE(reader_.wait_for(milliseconds(0)).event, ShmTubeEvent::kEstimate) << age_ns;
+  }
+}
+
 TEST_F(ShmTubeReaderTest, WithoutADaemonItSaysWhy) {
   EXPECT_EQ(reader_.wait_for(milliseconds(1)).event, ShmTubeEvent::kTimeout);
   EXPECT_NE(reader_.why().find("nobody writes at"), std::string::npos);
@@ -175,6 +239,10 @@ TEST_F(ShmTubeReaderTest, ACWriterThatCannotBeOpenedSaysWhy) {
   EXPECT_NE(std::string(why).find("cannot bind"), std::string::npos) << why;
   const tubed_image_writer_settings empty{folder_.socket().c_str(), "A", 0, 8, 8, -1};
   EXPECT_EQ(tubed_image_writer_open(&empty, nullptr, 0), nullptr);
+  // Cut to 32 bits it would be root's.
+  const tubed_image_writer_settings group{folder_.socket().c_str(), "A", 8, 8, 8, std::int64_t{1} << 32U};
+  EXPECT_EQ(tubed_image_writer_open(&group, why, sizeof(why)), nullptr);
+  EXPECT_NE(std::string(why).find("no group 4294967296"), std::string::npos) << why;
 }
 
 }  // namespace

@@ -234,6 +234,42 @@ TEST_F(ShmImageSourceTest, AWriterThatEndsIsLostAndItsNextStartIsFound) {
   EXPECT_EQ(read_now(), ReadOutcome::kFrame);
 }
 
+TEST_F(ShmImageSourceTest, AnExposureFromBeforeARestartIsNotNewAfterIt) {
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  const tubed_shm_image seen = image();
+  ASSERT_TRUE(writer_->put(seen, pixels_.data()));
+  ASSERT_EQ(read_now(), ReadOutcome::kFrame);
+  source_.close();
+  writer_.reset();
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  ASSERT_TRUE(writer_->put(seen, pixels_.data()));
+  EXPECT_EQ(read_now(), ReadOutcome::kRefused);
+}
+
+TEST_F(ShmImageSourceTest, AWriterGoneMadDoesNotKeepTheThreadBusy) {
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  tubed_shm_image bad = image();
+  bad.exposure_ns = 0;
+  std::atomic<bool> done{false};
+  std::thread mad([&] {
+    while (!done) {
+      writer_->put(bad, pixels_.data());
+    }
+  });
+  int looks = 0;
+  const MonotonicTime until = monotonic_now() + std::chrono::milliseconds(100);
+  while (monotonic_now() < until) {
+    looks += source_.read(frame_, until) == ReadOutcome::kRefused ? 1 : 0;
+  }
+  done = true;
+  mad.join();
+  EXPECT_GT(looks, 32);
+  EXPECT_LE(looks, 32 + 50 + 1);
+}
+
 TEST_F(ShmImageSourceTest, ADeadWriterIsLostWithin250Ms) {
   start_writer();
   ASSERT_TRUE(open().ok);
@@ -271,6 +307,7 @@ TEST_F(ShmImageSourceTest, AWriterRefusesWhatDoesNotFit) {
   bad = image();
   bad.origin = 0;
   EXPECT_FALSE(writer_->put(bad, pixels_.data()));
+  EXPECT_FALSE(writer_->put(image(), nullptr));
 }
 
 TEST(ImageShmDriver, ACameraWithoutDeviceHasASocketOfItsName) {
