@@ -25,6 +25,7 @@ const std::vector<Verb> kVerbs{
      "tubectl aurora-emulator --play field7 --command 'fault crc 0.01'"},
     {tubed::add_echo, "Watch a daemon", "tubectl echo --json --count 3"},
     {tubed::add_stat, "Watch a daemon", "tubectl stat --seconds 10"},
+    {tubed::add_latency, "Watch a daemon", "tubectl latency --seconds 10"},
     {tubed::add_status, "Watch a daemon", "tubectl status"},
     {tubed::add_top, "Watch a daemon", "tubectl top"},
     {tubed::add_reconstruct, "Reconstruct and judge",

@@ -22,6 +22,7 @@ CLI::App* add_radiograph(CLI::App& app, int& exit_code);
 CLI::App* add_aurora_emulator(CLI::App& app, int& exit_code);
 CLI::App* add_echo(CLI::App& app, int& exit_code);
 CLI::App* add_stat(CLI::App& app, int& exit_code);
+CLI::App* add_latency(CLI::App& app, int& exit_code);
 CLI::App* add_status(CLI::App& app, int& exit_code);
 CLI::App* add_top(CLI::App& app, int& exit_code);
 CLI::App* add_doctor(CLI::App& app, int& exit_code);
