@@ -78,12 +78,20 @@ void measure(const Choice& choice, Report& report) {
   }
 }
 
+/// One panel for what is carried, rate and readers; a curve a way.
 std::map<std::string, std::string> draw(const nlohmann::json& report) {
   std::vector<PlotPanel> panels;
-  for (const char* freight : {"threads/estimate", "8KB", "image-400x600", "image-1024x1024"}) {
-    panels.push_back(panel_of(freight, report, std::string("handover/") + freight + "/"));
+  for (const auto& row : report.at("rows")) {
+    const auto name = row.at("name").get<std::string>().substr(std::string("handover/").size());
+    const std::size_t readers = name.rfind('/');
+    const std::size_t rate = name.rfind('/', readers - 1);
+    const std::size_t way = name.rfind('/', rate - 1);
+    const std::string title = name.substr(0, way) + " at " + name.substr(rate + 1, readers - rate - 1) +
+                              " Hz, receivers: " + name.substr(readers + 1);
+    if (panels.empty() || panels.back().title != title) panels.push_back({title, {}});
+    panels.back().rows.push_back({name.substr(way + 1, rate - way - 1), row});
   }
-  return {{"", percentile_plots("From one thread or process to another, one way (way/Hz/readers)", panels)}};
+  return {{"", percentile_plots("From one thread or process to another, one way", panels)}};
 }
 
 }  // namespace
