@@ -170,6 +170,11 @@ class Subscriber:
                                   f"{len(self._lines)} lines: {newest}")
                 self._changed.wait(left)
 
+    def forget(self):
+        """Lets go of what has been read: for long tests."""
+        with self._changed:
+            self._lines.clear()
+
     def stop(self):
         if self.process.poll() is None:
             self.process.terminate()

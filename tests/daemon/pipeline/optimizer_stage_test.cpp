@@ -160,7 +160,7 @@ TEST(OptimizerStage, ThatMeasurementsHaveBecomeStaleIsEstimatedAtOnceAndOnce) {
     bench.stage->step(bench.clock);
     bench.clock.advance(milliseconds(25));
   }
-  constexpr std::chrono::microseconds kPatience{2750 * 25 + 20'000};
+  constexpr std::chrono::microseconds kPatience{2500 * 25 + 20'000};
   int at_once = 0;
   bench.asked[0].clear();
   while (bench.clock.now() < frame.measured + milliseconds(500)) {
