@@ -7,7 +7,6 @@
 
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/replay/sequence_writer.hpp"
-#include "drivers/simulation/simulated_tracker.hpp"
 #include "drivers/simulation/simulated_view.hpp"
 #include "drivers/simulation/simulation_driver.hpp"
 
@@ -79,19 +78,22 @@ void write_instrument(std::ostream& text, const InstrumentDescription& instrumen
 
 }  // namespace
 
-Scene::Scene(const SceneSettings& settings) : settings_(settings), room_(room_of(settings)) {
+Scene::Scene(const SceneSettings& settings)
+    : settings_(settings),
+      room_(room_of(settings)),
+      world_(room_, simulation()),
+      tracker_(world_, simulation(), 1 / settings.em_rate_hz) {
   const double picture_bytes = static_cast<double>(settings.width) * settings.height * settings.cameras;
   distinct_ = std::max<std::int64_t>(
       4,
       static_cast<std::int64_t>(std::min(kDistinctS * settings.rate_hz, kMostPictureBytes / picture_bytes)));
   const DriverSettings values = simulation();
-  const SimulatedWorld world(room_, values);
   for (const CameraCalibration& camera : room_.cameras) {
-    SimulatedView view(camera, world, values.get<std::int64_t>("seed"), values.get<double>("cnr"));
+    SimulatedView view(camera, world_, values.get<std::int64_t>("seed"), values.get<double>("cnr"));
     auto& pictures = pictures_.emplace_back();
     for (std::int64_t k = 0; k < distinct_; ++k) {
       pictures.emplace_back(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-      view.render(world, static_cast<double>(k) / settings.rate_hz, k, pictures.back());
+      view.render(world_, static_cast<double>(k) / settings.rate_hz, k, pictures.back());
     }
   }
 }
@@ -108,23 +110,28 @@ double Scene::scene_time_s(double t_s) const {
   return place_s < one_way_s ? place_s : 2 * one_way_s - place_s;
 }
 
+EmFrame Scene::measurement(std::int64_t k) const {
+  EmFrame frame;
+  const double t_s = static_cast<double>(k) / settings_.em_rate_hz;
+  frame.measured = frame.received = from_ns(static_cast<std::int64_t>(t_s * 1e9));
+  frame.tracker_frame = static_cast<std::uint32_t>(k);
+  frame.origin = Origin::kSimulated;
+  for (const CoilPlacement& coil : room_.instruments.front().coils) {
+    frame.coils[static_cast<std::size_t>(coil.sensor - 1)] =
+        tracker_.measure(world_, 0, coil, k, scene_time_s(t_s));
+    frame.coil_count = std::max(frame.coil_count, coil.sensor);
+  }
+  return frame;
+}
+
 void Scene::write_em(const std::filesystem::path& folder, double duration_s) const {
-  const DriverSettings values = simulation();
-  const SimulatedWorld world(room_, values);
-  const SimulatedTracker tracker(world, values, 1 / settings_.em_rate_hz);
   SequenceWriter writer(folder, "SIMULATED: coils of a benchmark", room_);
   writer.add_instant_without_fluoroscopy(1, 0, 0);
   const auto count = static_cast<std::int64_t>(duration_s * settings_.em_rate_hz);
   for (std::int64_t k = 0; k < count; ++k) {
-    SequenceMeasurement measurement;
-    measurement.t_s = static_cast<double>(k) / settings_.em_rate_hz;
-    measurement.em_frame = static_cast<std::uint32_t>(k);
-    for (const CoilPlacement& coil : room_.instruments.front().coils) {
-      measurement.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-          tracker.measure(world, 0, coil, k, scene_time_s(measurement.t_s));
-      measurement.coil_count = std::max(measurement.coil_count, coil.sensor);
-    }
-    writer.add_measurement(measurement);
+    const EmFrame frame = measurement(k);
+    writer.add_measurement(
+        {static_cast<double>(k) / settings_.em_rate_hz, frame.tracker_frame, frame.coil_count, frame.coils});
   }
   writer.finish();
 }

@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"
+#include "drivers/simulation/simulated_tracker.hpp"
+#include "drivers/simulation/simulated_world.hpp"
 
 namespace tubed {
 
@@ -30,6 +33,8 @@ class Scene {
   [[nodiscard]] const RoomDescription& room() const { return room_; }
   /// Picture of exposure number k (from 0), 8 bit, row by row.
   [[nodiscard]] const std::vector<std::uint8_t>& picture(int camera, std::int64_t k) const;
+  /// Measurement number k (from 0) of all coils, taken k / em_rate_hz after exposure 0; its times are that.
+  [[nodiscard]] EmFrame measurement(std::int64_t k) const;
   /// Writes a sequence folder whose em.csv lasts `duration_s`: what the daemon's replay driver reads.
   void write_em(const std::filesystem::path& folder, double duration_s) const;
 
@@ -38,6 +43,8 @@ class Scene {
 
   SceneSettings settings_;
   RoomDescription room_;
+  SimulatedWorld world_;
+  SimulatedTracker tracker_;
   std::int64_t distinct_ = 0;  ///< pictures of each camera
   std::vector<std::vector<std::vector<std::uint8_t>>> pictures_;
 };

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   try {
     tubed::Report report;
     tubed::measure_frangi(choice, report);
+    tubed::measure_solve(choice, report);
     std::fputs(report.table().c_str(), stdout);
     if (!json.empty()) {
       tubed::write_text(json, report.json());

@@ -19,4 +19,7 @@ struct StageChoice {
 /// frangi/<w>x<h>/<n>scales/<full|band>[/variant]
 void measure_frangi(const StageChoice& choice, Report& report);
 
+/// likelihood/<w>x<h>/lines, solve/<coefficients>/<what>, instant/<mode>
+void measure_solve(const StageChoice& choice, Report& report);
+
 }  // namespace tubed

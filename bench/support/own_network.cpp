@@ -1,5 +1,6 @@
 #include "bench/support/own_network.hpp"
 
+#include <fcntl.h>
 #include <net/if.h>
 #include <sched.h>
 #include <sys/ioctl.h>
@@ -9,6 +10,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -32,16 +34,29 @@ void bring_loopback_up() {
   if (!is_up) refuse("bring the loopback interface up");
 }
 
+/// A build folder below /tmp is hidden by the mount there: put it back, the programs beside this one are
+/// needed.
+void keep_in_sight(int folder, const std::filesystem::path& path) {
+  if (!path.string().starts_with("/tmp/")) return;
+  std::filesystem::create_directories(path);
+  const std::string source = "/proc/self/fd/" + std::to_string(folder);
+  if (mount(source.c_str(), path.c_str(), nullptr, MS_BIND, nullptr) != 0) refuse("keep " + path.string());
+}
+
 }  // namespace
 
 void enter_own_network() {
   const int wanted = CLONE_NEWNET | CLONE_NEWNS | CLONE_NEWIPC;
   if (unshare(geteuid() == 0 ? wanted : wanted | CLONE_NEWUSER) != 0) refuse("enter namespaces of its own");
+  const std::filesystem::path programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const int folder = open(programs.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
       mount("tmpfs", "/dev/shm", "tmpfs", 0, nullptr) != 0 ||
       mount("tmpfs", "/tmp", "tmpfs", 0, nullptr) != 0) {
     refuse("mount a /dev/shm and /tmp of its own");
   }
+  keep_in_sight(folder, programs);
+  close(folder);
   bring_loopback_up();
 }
 
