@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,7 @@ class SessionBench {
     device.measurements().on_measurement = [this](const emulator::Measurement& measurement) {
       newest_frame_ = measurement.frame;
       newest_time_ = measurement.time;
+      reported_[measurement.frame / 8 % kReported] = measurement;
     };
   }
 
@@ -54,9 +57,17 @@ class SessionBench {
     }
     return false;
   }
+  /// A line that has gone is attached again when it is back.
   void run_for(std::chrono::nanoseconds longest) {
     const MonotonicTime end = line.time + longest;
-    while (line.time < end && run_once(end) != Event::kGone) {
+    while (line.time < end) {
+      if (run_once(end) == Event::kGone) {
+        line.time += milliseconds(10);
+        line.rate = 9600;  // as every port that is opened
+        if (device.connected(line.time)) {
+          session.attach(line);
+        }
+      }
     }
   }
   bool start() {
@@ -79,14 +90,20 @@ class SessionBench {
   EmFrame frame;
   std::vector<std::string> problems;
   std::uint64_t measurements = 0;
-  std::uint64_t wrong = 0;               ///< coils that were not there when the frame was measured
+  std::uint64_t wrong = 0;  ///< coils that were not there when the frame was measured, or are not as reported
+  std::uint64_t spoilt = 0;              ///< coils that were not OK
+  bool poses_are_true = true;            ///< false: the tracker itself is stuck
   std::uint64_t longest_gap_frames = 0;  ///< measurements not seen, in a row
   std::vector<double> time_errors_ms;    ///< measured - truth
   std::vector<double> ages_ms;           ///< received - truth
+  /// Of `fault`: tracking replies from the one struck to the next one that was understood.
+  std::uint64_t most_replies_to_resynchronise = 0;
+  std::optional<emulator::Fault> watched;
 
  private:
   Event run_once(MonotonicTime end) {
-    const Event event = session.run(std::min(end, line.time + milliseconds(50)), frame);
+    const Event event = session.run(std::min(end, line.time + milliseconds(5)), frame);
+    watch();
     if (event == Event::kProblem) {
       problems.emplace_back(session.problem().text());
     }
@@ -94,6 +111,25 @@ class SessionBench {
       compare();
     }
     return event;
+  }
+
+  void watch() {
+    if (!watched) {
+      return;
+    }
+    const std::uint64_t struck = device.faults().struck(*watched);
+    const std::uint64_t replies = device.counts().tracking_replies;
+    const std::uint64_t understood =
+        session.poller().counts().measurements + session.poller().counts().duplicates;
+    if (struck != struck_) {
+      struck_ = struck;
+      replies_when_struck_ = replies;
+      resynchronising_ = true;
+    } else if (resynchronising_ && understood != understood_) {
+      most_replies_to_resynchronise = std::max(most_replies_to_resynchronise, replies - replies_when_struck_);
+      resynchronising_ = false;
+    }
+    understood_ = understood;
   }
 
   void compare() {
@@ -108,15 +144,26 @@ class SessionBench {
     ages_ms.push_back(1e3 * seconds_between(truth, frame.received));
     for (int i = 0; i < frame.coil_count; ++i) {
       const CoilSample& coil = frame.coils[static_cast<std::size_t>(i)];
+      spoilt += coil.status == CoilStatus::kOk ? 0 : 1;
       if (coil.p_em_mm.allFinite()) {
+        const emulator::Measurement& reported = reported_[frame.tracker_frame / 8 % kReported];
+        const HandleReading& reading = reported.coils[static_cast<std::size_t>(i)];
         const CoilSample true_coil = circling_coil(i + 1, truth);
-        const bool right = (coil.p_em_mm - true_coil.p_em_mm).norm() < 0.02 &&
-                           coil.tangent_em.dot(true_coil.tangent_em) > 0.99999;
-        wrong += right ? 0 : 1;
+        const bool as_reported = reported.frame == frame.tracker_frame && reading.report == Report::kValid &&
+                                 (coil.p_em_mm - reading.p_em_mm).norm() < 0.02;
+        const bool is_true = (coil.p_em_mm - true_coil.p_em_mm).norm() < 0.02 &&
+                             coil.tangent_em.dot(true_coil.tangent_em) > 0.99999;
+        wrong += as_reported && (is_true || !poses_are_true) ? 0 : 1;
       }
     }
   }
 
+  static constexpr std::size_t kReported = 256;  ///< of the newest measurements
+  std::array<emulator::Measurement, kReported> reported_{};
+  std::uint64_t struck_ = 0;
+  std::uint64_t understood_ = 0;
+  std::uint64_t replies_when_struck_ = 0;
+  bool resynchronising_ = false;
   std::uint32_t newest_frame_ = 0;
   MonotonicTime newest_time_{};
   std::uint32_t last_frame_ = 0;
