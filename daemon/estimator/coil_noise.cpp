@@ -35,11 +35,9 @@ void CoilNoise::reset() {
   noise_tangent_ = settings_.sigma_tangent;
 }
 
-double CoilNoise::lasting_position_mm() const {
-  return lasting(settings_.sigma_position_mm, noise_position_mm_);
-}
+double CoilNoise::lasting_position_mm(double whole_mm) const { return lasting(whole_mm, noise_position_mm_); }
 
-double CoilNoise::lasting_tangent() const { return lasting(settings_.sigma_tangent, noise_tangent_); }
+double CoilNoise::lasting_tangent(double whole) const { return lasting(whole, noise_tangent_); }
 
 double CoilNoise::sigma_of(const Differences& squares, double median_of_chi_squared) {
   std::copy_n(squares.begin(), count_, scratch_.begin());

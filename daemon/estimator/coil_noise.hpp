@@ -32,9 +32,9 @@ class CoilNoise {
   [[nodiscard]] double noise_position_mm() const { return noise_position_mm_; }
   [[nodiscard]] double noise_tangent() const { return noise_tangent_; }
 
-  /// Standard deviations an axis: what stays.
-  [[nodiscard]] double lasting_position_mm() const;
-  [[nodiscard]] double lasting_tangent() const;
+  /// Standard deviations an axis: what stays of a whole error of `whole_mm` or `whole`.
+  [[nodiscard]] double lasting_position_mm(double whole_mm) const;
+  [[nodiscard]] double lasting_tangent(double whole) const;
 
  private:
   static constexpr std::size_t kFewest = 15;  ///< coils times instants

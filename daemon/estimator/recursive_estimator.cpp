@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kNoStrain = 1e3;           // sigma factor that switches it off
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
-// A coil's lasting error changes as the coil moves through the field.
-constexpr double kErrorLength_mm = 1000;
-constexpr double kErrorMemory_s = 10;  // so that a drift does not stay for ever
+// Every instant adds its stiffness afresh, and images fix the outline; where the spline cannot bend as the
+// tube does, the printed weight of strain then turns the error into depth.
+constexpr double kStrainSlack = 4.5;
 // Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 1;
@@ -32,7 +32,8 @@ RecursiveEstimator::State::State(int column_count, const EstimatorSettings& sett
     : C(Eigen::Matrix3Xd::Zero(3, column_count)),
       m(C),
       P(Eigen::MatrixXd::Identity(C.size(), C.size())),
-      noise(settings) {}
+      noise(settings),
+      error_scale(settings) {}
 
 RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
                                        const InstrumentDescription& instrument, const RoomDescription& room)
@@ -60,6 +61,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
   state_.noise.reset();
+  state_.error_scale.reset();
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
   for (State& past : past_) {
@@ -137,13 +139,16 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   if (!start_.solve_em(coils, estimate)) {
     return false;
   }
+  views_.forget();  // lines of older images may be what led the shape away
   if (registered_) {
     images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
   const CoilNoise& noise = state_.noise;
   state_.began_with_known_noise = noise.known();
-  state_.lasting_position_mm = noise.lasting_position_mm();
-  state_.lasting_tangent = noise.lasting_tangent();
+  state_.lasting_position_mm = noise.lasting_position_mm(state_.error_scale.position_mm());
+  state_.lasting_tangent = noise.lasting_tangent(state_.error_scale.tangent());
+  state_.least_lasting_position_mm = state_.lasting_position_mm;
+  state_.least_lasting_tangent = state_.lasting_tangent;
   Eigen::Matrix3Xd& C = state_.C;
   C.setZero();
   C.leftCols(start_.C().cols()) = start_.C();
@@ -157,14 +162,14 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     know(map_.tangent_error_column(coil), state_.lasting_tangent);
   }
   know(map_.column_count() - 1, 1);  // the speed: set by the motion below
-  map_.set_stiffness(1, 1);
+  map_.set_stiffness(kStrainSlack, 1);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
   const auto lines = views_.constraints(observation, 1, false);
   estimate.iterations +=
       static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C, converged_));
   map_.set_stiffness(kNoStrain, 1);
   const bool inverted = map_.invert_at(coils, lines, &prior_, C);
-  map_.set_stiffness(1, 1);
+  map_.set_stiffness(kStrainSlack, 1);
   if (!inverted) {
     return false;
   }
@@ -207,7 +212,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   if (state_.begun && !began_blind && !is_lost(state_.time)) {
     if (registered_ && observation.is_image_instant) {
       predict(observation.instant);
-      update_image(observation, estimate);
+      update_image(observation, coils, estimate);
       shape_ = state_.C;
       judge_shape(observation, coils, estimate);
     } else {
@@ -244,38 +249,6 @@ void RecursiveEstimator::predict(MonotonicTime time) {
   age_coil_errors(dt_s);
 }
 
-void RecursiveEstimator::place_coils() {
-  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
-    const CubicBasis basis = map_.spline().basis(instrument_.coils[i].offset_from_tip_mm);
-    state_.coil_places_mm[i] = combine(state_.C, basis.first, basis.value);
-  }
-}
-
-// A Gauss-Markov process over the way each coil has gone. If more of the error turns out to stay than was
-// thought, that much is added.
-void RecursiveEstimator::age_coil_errors(double dt_s) {
-  const double was_position_mm = state_.lasting_position_mm;
-  const double was_tangent = state_.lasting_tangent;
-  state_.lasting_position_mm = state_.noise.lasting_position_mm();
-  state_.lasting_tangent = state_.noise.lasting_tangent();
-  const std::array<Eigen::Vector3d, kMaxCoils> before_mm = state_.coil_places_mm;
-  place_coils();
-  for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
-    const double kept =
-        std::exp(-(state_.coil_places_mm[i] - before_mm[i]).norm() / kErrorLength_mm - dt_s / kErrorMemory_s);
-    const auto age = [&](int column, double sigma, double was) {
-      state_.C.col(column) *= kept;
-      state_.m.col(column) *= kept;
-      state_.P.middleRows<3>(3 * column) *= kept;
-      state_.P.middleCols<3>(3 * column) *= kept;
-      state_.P.block<3, 3>(3 * column, 3 * column).diagonal().array() +=
-          (1 - kept * kept) * sigma * sigma + std::max(0.0, sigma * sigma - was * was);
-    };
-    age(map_.position_error_column(static_cast<int>(i)), state_.lasting_position_mm, was_position_mm);
-    age(map_.tangent_error_column(static_cast<int>(i)), state_.lasting_tangent, was_tangent);
-  }
-}
-
 bool RecursiveEstimator::refresh_information() {
   prior_.mean = state_.m;
   prior_.information = state_.P;
@@ -300,7 +273,8 @@ bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
 
 // An image in which too few lines agree, or whose lines pull the prediction further than it can be wrong,
 // shows something else: the prediction stays.
-void RecursiveEstimator::update_image(const Observation& observation, TubeEstimate& estimate) {
+void RecursiveEstimator::update_image(const Observation& observation, const CoilObservations& coils,
+                                      TubeEstimate& estimate) {
   if (!settle(state_.C, estimate)) {
     return;
   }
@@ -342,6 +316,7 @@ void RecursiveEstimator::update_image(const Observation& observation, TubeEstima
                 static_cast<double>(state_.C.size()) - prior_.information.cwiseProduct(state_.P).sum(),
                 interval_s);
   has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, state_.C);
+  state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
   remember();
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 
+#include "daemon/estimator/coil_error_scale.hpp"
 #include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/coil_update.hpp"
 #include "daemon/estimator/estimator.hpp"
@@ -42,9 +43,12 @@ class RecursiveEstimator final : public Estimator {
     Eigen::Matrix3Xd m;         ///< mean of what was measured, without stiffness; columns as in C
     Eigen::MatrixXd P;          ///< covariance of m; mm^2 and what the other columns' units make of it
     CoilNoise noise;
+    CoilErrorScale error_scale;
     bool began_with_known_noise = false;
     double lasting_position_mm = 0;
     double lasting_tangent = 0;
+    double least_lasting_position_mm = 0;  ///< since it began
+    double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     std::array<GatedCoil, kMaxCoils> gated{};
     double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
@@ -63,7 +67,7 @@ class RecursiveEstimator final : public Estimator {
                TubeEstimate& estimate);
   void update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
                     double interval_s);
-  void update_image(const Observation& observation, TubeEstimate& estimate);
+  void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);
@@ -71,6 +75,7 @@ class RecursiveEstimator final : public Estimator {
   void predict(MonotonicTime time);
   void place_coils();
   void age_coil_errors(double dt_s);
+  void tighten(int column, double variance);
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
   void adapt_freedom(double pulled, double expected, double interval_s);

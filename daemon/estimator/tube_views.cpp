@@ -19,7 +19,7 @@ constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a 
 constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
 constexpr int kEndDirection = 3;          // lines over which the tip's direction is taken
 constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 1.0;      // of the end beside its own variance
+constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
 constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 }  // namespace
