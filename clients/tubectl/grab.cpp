@@ -1,6 +1,7 @@
 // tubectl grab: a frame grabber made of a sequence folder; writes its images into shared memory in real time.
 #include <grp.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -11,8 +12,8 @@
 #include "clients/cpp/shm_image_writer.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
-#include "drivers/replay/replay_driver.hpp"
-#include "drivers/replay/sequence_folder.hpp"
+#include "drivers/replay/playhead_over.hpp"
+#include "drivers/replay/replayed_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -27,31 +28,22 @@ struct GrabArguments {
   bool loop = false;
 };
 
+constexpr std::int64_t kMemoryLimitMb = 2048;
+constexpr std::chrono::milliseconds kBeat{50};
+
 volatile std::sig_atomic_t g_asked_to_end = 0;
 
-std::size_t camera_index(const Sequence& sequence, const std::string& name) {
-  const auto& cameras = sequence.room.cameras;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (name.empty() || cameras[i].name == name) {
-      return i;
-    }
+std::size_t index_of(const ReplayedFolder& folder, const std::string& camera) {
+  const auto& cameras = folder.sequence.room.cameras;
+  const auto found = std::find_if(cameras.begin(), cameras.end(),
+                                  [&](const CameraCalibration& each) { return each.name == camera; });
+  if (found == cameras.end()) {
+    throw std::runtime_error(folder.sequence.folder.string() + " has no camera '" + camera + "'");
   }
-  throw std::runtime_error(sequence.folder.string() + " has no camera '" + name + "'");
+  return static_cast<std::size_t>(found - cameras.begin());
 }
 
-std::unique_ptr<ImageSource> open_source(const Sequence& sequence, std::size_t camera,
-                                         const GrabArguments& arguments) {
-  const DriverSettings settings({{"folder", arguments.folder},
-                                 {"loop", arguments.loop},
-                                 {"start_monotonic_ns", arguments.start_monotonic_ns},
-                                 {"memory_limit_mb", std::int64_t{2048}}});
-  auto source = make_replay_image_source(sequence.room, settings, static_cast<int>(camera));
-  const OpenResult opened = source->open();
-  if (!opened.ok) {
-    throw std::runtime_error(opened.why);
-  }
-  return source;
-}
+std::string first_camera(const std::string& folder) { return read_sequence(folder).room.cameras.at(0).name; }
 
 std::optional<gid_t> group_id(const std::string& name) {
   if (name.empty()) {
@@ -65,46 +57,63 @@ std::optional<gid_t> group_id(const std::string& name) {
 }
 
 /// As the recording has them: the exposure is when the sequence says, and no setting makes a device of it.
-tubed_shm_image image_of(const ImageFrame& frame) {
-  tubed_shm_image image{};
-  image.exposure_ns = to_ns(frame.exposure);
-  image.frame_number = frame.frame_number;
-  image.origin = TUBED_SHM_REPLAYED;
-  image.fluoroscopy_on = frame.fluoroscopy_on ? 1 : 0;
-  image.depth_bits = frame.depth == PixelDepth::kGrey8 ? 8 : 16;
-  image.width = static_cast<std::uint32_t>(frame.width);
-  image.height = static_cast<std::uint32_t>(frame.height);
-  return image;
+tubed_shm_image image_of(const SequenceFrame& row, const GreyImage& image, const Playhead& playhead,
+                         std::uint32_t numbers_a_lap) {
+  tubed_shm_image described{};
+  described.exposure_ns = to_ns(playhead.due());
+  described.frame_number = row.frame + playhead.lap() * numbers_a_lap;
+  described.origin = TUBED_SHM_REPLAYED;
+  described.fluoroscopy_on = row.fluoroscopy_on() ? 1 : 0;
+  described.depth_bits = image.depth == PixelDepth::kGrey8 ? 8 : 16;
+  described.width = static_cast<std::uint32_t>(image.width);
+  described.height = static_cast<std::uint32_t>(image.height);
+  return described;
+}
+
+bool is_asked_to_end(MonotonicTime end) { return g_asked_to_end != 0 || monotonic_now() >= end; }
+
+/// Each image when it is due, copied once, from the decoded recording into the shared memory. How many.
+std::uint64_t write_all(const ReplayedView& view, Playhead playhead, ShmImageWriter& writer,
+                        MonotonicTime end) {
+  std::uint32_t numbers_a_lap = 1;
+  for (const SequenceFrame& row : view.rows) {
+    numbers_a_lap = std::max(numbers_a_lap, row.frame + 1);
+  }
+  std::uint64_t written = 0;
+  while (!playhead.ended() && !is_asked_to_end(end)) {
+    if (!sleep_until(playhead.due(), monotonic_now() + kBeat)) {
+      writer.beat();
+      continue;
+    }
+    playhead.skip_overtaken(monotonic_now());
+    const GreyImage& image = view.images[playhead.row()];
+    const tubed_shm_image described = image_of(view.rows[playhead.row()], image, playhead, numbers_a_lap);
+    written += writer.put(described, image.pixels.data()) ? 1 : 0;
+    playhead.advance();
+  }
+  return written;
 }
 
 int grab(const GrabArguments& arguments) {
-  const Sequence sequence = read_sequence(arguments.folder);
-  const std::size_t camera = camera_index(sequence, arguments.camera);
-  const CameraCalibration& calibration = sequence.room.cameras[camera];
-  const auto source = open_source(sequence, camera, arguments);
+  const std::string camera = arguments.camera.empty() ? first_camera(arguments.folder) : arguments.camera;
+  FolderLease lease(arguments.folder, camera);
+  const ReplayedFolder& folder = lease.open(kMemoryLimitMb);
+  const CameraCalibration& calibration = folder.sequence.room.cameras[index_of(folder, camera)];
+  const ReplayedView& view = folder.views[index_of(folder, camera)];
   ShmImageWriter writer({.socket = arguments.socket,
-                         .camera = calibration.name,
+                         .camera = camera,
                          .most_width = static_cast<std::uint32_t>(calibration.width),
                          .most_height = static_cast<std::uint32_t>(calibration.height),
                          .most_depth_bits = 16,
                          .group = group_id(arguments.group)});
-  std::cerr << "tubectl: camera " << calibration.name << ' ' << calibration.width << " x "
-            << calibration.height << " at " << arguments.socket << '\n';
-  ImageFrame frame;
-  frame.reserve(calibration.width, calibration.height);
-  const MonotonicTime started = monotonic_now();
-  std::uint64_t written = 0;
-  while (g_asked_to_end == 0 &&
-         (arguments.duration_s == 0 || seconds_between(started, monotonic_now()) < arguments.duration_s)) {
-    const ReadOutcome outcome = source->read(frame, monotonic_now() + std::chrono::milliseconds(50));
-    if (outcome == ReadOutcome::kFrame) {
-      written += writer.put(image_of(frame), frame.pixels.data()) ? 1 : 0;
-    } else if (outcome == ReadOutcome::kTimeout) {
-      writer.beat();
-    } else {
-      break;
-    }
-  }
+  const DriverSettings settings(
+      {{"loop", arguments.loop}, {"start_monotonic_ns", arguments.start_monotonic_ns}});
+  std::cerr << "tubectl: camera " << camera << ' ' << calibration.width << " x " << calibration.height
+            << " at " << arguments.socket << '\n';
+  const MonotonicTime end = arguments.duration_s == 0
+                                ? MonotonicTime::max()
+                                : monotonic_now() + to_nanoseconds(arguments.duration_s);
+  const std::uint64_t written = write_all(view, playhead_over(view.rows, folder, settings), writer, end);
   std::cerr << "tubectl: " << written << " images written\n";
   return written > 0 ? kExitOk : kExitFailed;
 }

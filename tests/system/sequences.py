@@ -10,7 +10,7 @@ LENGTH_MM, RADIUS_MM, DIAMETER_MM = 160.0, 90.0, 2.33
 COIL_OFFSETS_MM = (5.0, 40.0, 80.0, 120.0, 155.0)
 COIL_NOISE_MM = 0.5
 BACKGROUND, CATHETER, PIXEL_NOISE = 170, 120, 8
-FRAME_RATE_HZ = 30
+COIL_RATE_HZ = 30
 EXPOSED_AFTER_COILS_S = 0.010  # so that what an image instant uses does not depend on which thread wakes first
 
 
@@ -25,34 +25,34 @@ def _point(s_mm, t_s):
     return point, tuple(-c for c in (dx * math.cos(lean), dy, dx * math.sin(lean)))
 
 
-def _png(pixels):
-    """An 8-bit grey PNG of WIDTH x HEIGHT."""
+def _png(pixels, width, height):
+    """An 8-bit grey PNG."""
     def chunk(kind, payload):
         body = kind + payload
         return struct.pack(">I", len(payload)) + body + struct.pack(">I", zlib.crc32(body))
 
-    rows = b"".join(b"\0" + bytes(pixels[row * WIDTH:(row + 1) * WIDTH]) for row in range(HEIGHT))
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 8, 0, 0, 0, 0))
+    rows = b"".join(b"\0" + bytes(pixels[row * width:(row + 1) * width]) for row in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
             + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
 
 
-def _image(t_s, noise):
+def _image(t_s, noise, width, height):
     """Darker where the catheter is."""
     normal = statistics.NormalDist(0, PIXEL_NOISE)
     levels = [normal.inv_cdf((byte + 0.5) / 256) for byte in range(256)]
-    draws = noise.randbytes(WIDTH * HEIGHT)
+    draws = noise.randbytes(width * height)
     bright = bytes(round(BACKGROUND + level) for level in levels)
     dark = bytes(round(CATHETER + level) for level in levels)
     pixels = bytearray(draws.translate(bright))
     for step in range(int(LENGTH_MM * 2) + 1):
         (x, y, z), _ = _point(step / 2, t_s)
         scale = FOCAL_PX / (DEPTH_MM + z)
-        column, row, radius = WIDTH / 2 + x * scale, HEIGHT / 2 + y * scale, DIAMETER_MM / 2 * scale
-        for v in range(max(0, math.ceil(row - radius)), min(HEIGHT, math.floor(row + radius) + 1)):
-            for u in range(max(0, math.ceil(column - radius)), min(WIDTH, math.floor(column + radius) + 1)):
+        column, row, radius = width / 2 + x * scale, height / 2 + y * scale, DIAMETER_MM / 2 * scale
+        for v in range(max(0, math.ceil(row - radius)), min(height, math.floor(row + radius) + 1)):
+            for u in range(max(0, math.ceil(column - radius)), min(width, math.floor(column + radius) + 1)):
                 if (u - column) ** 2 + (v - row) ** 2 <= radius ** 2:
-                    pixels[v * WIDTH + u] = dark[draws[v * WIDTH + u]]
-    return _png(pixels)
+                    pixels[v * width + u] = dark[draws[v * width + u]]
+    return _png(pixels, width, height)
 
 
 def _coil_row(t_s, number, sensor, noise):
@@ -64,25 +64,27 @@ def _coil_row(t_s, number, sensor, noise):
             f"{qw:.6f},{qx:.6f},{qy:.6f},0,0.5\n")
 
 
-def write_sequence(folder, seconds, off_frames=()):
-    """Images and coils at 30 Hz for so long; fluoroscopy is off at `off_frames`."""
+def write_sequence(folder, seconds, off_frames=(), size=(WIDTH, HEIGHT), image_rate_hz=COIL_RATE_HZ):
+    """Coils at 30 Hz and images for so long; fluoroscopy is off at `off_frames`."""
+    width, height = size
     (folder / "images").mkdir(parents=True)
     (folder / "sequence.toml").write_text(
         f'format = 1\nnote = "made by a test"\n[catheter]\nid = "cath-1"\ndiameter_mm = {DIAMETER_MM}\n'
         f'length_mm = {LENGTH_MM}\nsensor_offsets_from_tip_mm = {list(COIL_OFFSETS_MM)}\n'
         "[registration]\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n"
-        f'[[camera]]\nname = "A"\nwidth = {WIDTH}\nheight = {HEIGHT}\nfx = {FOCAL_PX}\nfy = {FOCAL_PX}\n'
-        f"cx = {WIDTH / 2}\ncy = {HEIGHT / 2}\ndistortion = [0, 0, 0, 0, 0]\n"
+        f'[[camera]]\nname = "A"\nwidth = {width}\nheight = {height}\nfx = {FOCAL_PX}\nfy = {FOCAL_PX}\n'
+        f"cx = {width / 2}\ncy = {height / 2}\ndistortion = [0, 0, 0, 0, 0]\n"
         f"T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,{DEPTH_MM}],[0,0,0,1]]\n")
     noise = random.Random(20)
     frames, coils = "frame,t_s,camera,file\n", ("t_s,em_frame,sensor,status,x,y,z,tx,ty,tz,qw,qx,qy,qz,error\n")
-    for number in range(int(seconds * FRAME_RATE_HZ)):
-        t_s = round(number / FRAME_RATE_HZ, 4)
-        exposed_s = t_s + EXPOSED_AFTER_COILS_S
+    for number in range(int(seconds * COIL_RATE_HZ)):
+        t_s = round(number / COIL_RATE_HZ, 4)
+        coils += "".join(_coil_row(t_s, number, sensor, noise) for sensor in range(1, len(COIL_OFFSETS_MM) + 1))
+    for number in range(int(seconds * image_rate_hz)):
+        exposed_s = round(number / image_rate_hz, 4) + EXPOSED_AFTER_COILS_S
         name = "" if number in off_frames else f"images/{number:04}.png"
         frames += f"{number},{exposed_s:.4f},A,{name}\n"
-        coils += "".join(_coil_row(t_s, number, sensor, noise) for sensor in range(1, len(COIL_OFFSETS_MM) + 1))
         if name:
-            (folder / name).write_bytes(_image(exposed_s, noise))
+            (folder / name).write_bytes(_image(exposed_s, noise, width, height))
     (folder / "frames.csv").write_text(frames)
     (folder / "em.csv").write_text(coils)

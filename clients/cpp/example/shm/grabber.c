@@ -23,15 +23,11 @@ int main(int argc, char** argv) {
   const uint32_t frames = argc > 3 ? (uint32_t)atoi(argv[3]) : UINT32_MAX;
   for (uint32_t frame = 1; frame <= frames; ++frame) {
     vendor_wait(PERIOD_MS); /* never longer than 100 ms without a call of tubed_image_writer_... */
-    struct tubed_shm_image image = {
-        .exposure_ns = tubed_monotonic_ns() - EXPOSURE_MS * 500000LL, /* its middle, and no later */
-        .exposure_duration_ns = EXPOSURE_MS * 1000000LL,
-        .frame_number = frame,
-        .origin = TUBED_SHM_DEVICE,
-        .fluoroscopy_on = vendor_pedal_is_down(),
-        .depth_bits = 8,
-        .width = WIDTH,
-        .height = HEIGHT};
+    struct tubed_shm_image image = {.width = WIDTH, .height = HEIGHT, .depth_bits = 8, .frame_number = frame};
+    image.exposure_ns = tubed_monotonic_ns() - EXPOSURE_MS * 500000LL; /* its middle, and no later */
+    image.exposure_duration_ns = EXPOSURE_MS * 1000000LL;
+    image.origin = TUBED_SHM_DEVICE;
+    image.fluoroscopy_on = vendor_pedal_is_down();
     uint8_t* pixels = tubed_image_writer_begin(writer); /* in place: no copy of ours */
     if (image.fluoroscopy_on) vendor_read_into(pixels, frame);
     tubed_image_writer_commit(writer, &image);
