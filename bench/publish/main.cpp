@@ -4,6 +4,9 @@
 #include <optional>
 
 #include "bench/peers/cyclone_peers.hpp"
+#ifdef TUBED_BENCH_FASTDDS
+#include "bench/peers/fastdds_peers.hpp"
+#endif
 #include "bench/publish/own_routes.hpp"
 #include "bench/support/benchmark_program.hpp"
 #include "bench/support/latency_plots.hpp"
@@ -55,6 +58,10 @@ void measure(const Choice& choice, Report& report) {
   } else {
     std::printf("no iox-roudi (apt-get install iceoryx): without Cyclone's shared memory as a peer\n");
   }
+#ifdef TUBED_BENCH_FASTDDS
+  routes.push_back(fastdds_udp());
+  routes.push_back(fastdds_as_it_comes());
+#endif
   for (const int readers : choice.readers) {
     for (const double rate_hz : choice.rates_hz) {
       // At 1 kHz a second has samples enough.

@@ -149,8 +149,10 @@ std::string scene_configuration(const Scene& scene, const std::filesystem::path&
   std::ostringstream text;
   text.precision(15);
   text << std::showpoint;
-  text << "[daemon]\nrate_hz = " << scene.settings().rate_hz << "\n[dds]\ndomain = " << domain
-       << "\n[shm]\nestimates_socket = \"" << estimates_socket(folder)
+  // A slot waits for its image as long as by default, but has to end before the next one.
+  const double tick_grace_ms = std::min(10.0, 600 / scene.settings().rate_hz);
+  text << "[daemon]\nrate_hz = " << scene.settings().rate_hz << "\ntick_grace_ms = " << tick_grace_ms
+       << "\n[dds]\ndomain = " << domain << "\n[shm]\nestimates_socket = \"" << estimates_socket(folder)
        << "\"\n[estimator]\ncoefficient_count = " << scene.settings().coefficient_count
        << "\n[em]\ndriver = \"replay\"\nT_world_em = ";
   write_matrix(text, scene.room().T_world_em);
