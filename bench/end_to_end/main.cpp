@@ -24,6 +24,7 @@ struct Rounds {
   TimedValues over_shm;
   TimedValues newer_shape;
   TimedValues cpu;
+  TimedValues cpu_a_shape;
   TimedValues resident;
   TimedValues injected_late_us;
   std::vector<StageTimes> stages;
@@ -49,6 +50,7 @@ void Rounds::add(const SessionRecord& record, double period_ms, double seconds) 
   newer_shape.append(exposure_to_newer_shape(record), shift_s);
   injected_late_us.append(injected_late(record), shift_s);
   cpu.append(cpu_percent(record), shift_s);
+  cpu_a_shape.append(cpu_ms_a_shape(record), shift_s);
   resident.append(resident_mb(record), shift_s);
   for (const auto& received : record.over_dds) {
     over_udp.append(exposure_to_received(record, received), shift_s);
@@ -108,6 +110,7 @@ void report_rate(const std::string& name, const Rounds& own, const Rounds& paper
     add_row(report, row_of(name + "/stage/" + stage.stage, "ms", stage.times, nullptr));
   }
   add_row(report, row_of(name + "/cpu", "%", own.cpu, &paper.cpu));
+  add_row(report, row_of(name + "/cpu_a_shape", "ms", own.cpu_a_shape, &paper.cpu_a_shape));
   add_row(report, row_of(name + "/resident", "MB", own.resident, nullptr));
   add_row(report, row_of(name + "/grabber_late", "us", own.injected_late_us, nullptr));
   ReportRow loop = row_of(name + "/paper-loop/written", "ms", paper.written, nullptr);

@@ -128,6 +128,17 @@ TimedValues cpu_percent(const SessionRecord& record) {
   return values;
 }
 
+TimedValues cpu_ms_a_shape(const SessionRecord& record) {
+  TimedValues values;
+  const std::size_t shapes = image_estimates(record).size();
+  if (shapes > 0 && record.costs.size() > 1) {
+    const double spent_s = record.costs.back().cpu_s - record.costs.front().cpu_s;
+    values.values.push_back(1000 * spent_s / static_cast<double>(shapes));
+    values.t_s.push_back(0);
+  }
+  return values;
+}
+
 TimedValues resident_mb(const SessionRecord& record) {
   TimedValues values;
   for (const ProcessCosts& costs : record.costs) {

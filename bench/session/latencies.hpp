@@ -45,6 +45,9 @@ ImageCounts count_images(const SessionRecord& record, double period_ms);
 double lost_of(const std::vector<ReceivedEstimate>& received);
 /// Share of one core, %, second by second.
 TimedValues cpu_percent(const SessionRecord& record);
+/// CPU time for each shape made from an image, ms, everything else the contestant does included: unlike
+/// latency it hardly depends on what else the machine does. One value; none when no shape was made.
+TimedValues cpu_ms_a_shape(const SessionRecord& record);
 /// Resident memory, MB, second by second.
 TimedValues resident_mb(const SessionRecord& record);
 

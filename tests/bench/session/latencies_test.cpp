@@ -110,6 +110,18 @@ TEST(Latencies, CpuIsAShareOfOneCoreFromLookToLook) {
   EXPECT_NEAR(share.values[1], 10, 1e-9);
 }
 
+TEST(Latencies, CpuOfAShapeIsAllThatWasSpentOverTheShapesFromImages) {
+  SessionRecord record = one_superseded();
+  record.costs.resize(3);
+  record.costs[0].cpu_s = 1.0;
+  record.costs[1].cpu_s = 1.3;
+  record.costs[2].cpu_s = 1.5;
+
+  EXPECT_EQ(cpu_ms_a_shape(record).values, (std::vector<double>{250}));
+  record.written.clear();
+  EXPECT_TRUE(cpu_ms_a_shape(record).values.empty());
+}
+
 TEST(Latencies, LossBeforeTheFirstSampleIsNobodysLoss) {
   std::vector<ReceivedEstimate> received(3);
   received[0].lost_before = 100;
