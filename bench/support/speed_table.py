@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""The tables of latency and speed in the READMEs, made from bench/results/*.json.
+
+  speed_table.py           print them
+  speed_table.py --write   put them into bench/README.md and README.md, between their marks
+"""
+import json
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "bench/results"
+
+
+class Figures:
+    """The rows of all results by name."""
+
+    def __init__(self, folder):
+        self.rows = {}
+        self.reports = {}
+        for file in sorted(folder.glob("*.json")):
+            report = json.loads(file.read_text())
+            self.reports[file.stem] = report
+            for row in report["rows"]:
+                self.rows[row["name"]] = dict(row, file=file.stem)
+
+    def get(self, name, member="p50"):
+        """A figure, or None when it was not measured."""
+        return self.rows.get(name, {}).get(member)
+
+    def text(self, name, pattern="{:.2f}", member="p50"):
+        value = self.get(name, member)
+        if value is None:
+            return "not measured"
+        return pattern.format(value) + (" (unsteady)" if self.rows[name].get("flagged") else "")
+
+    def machine(self, stem):
+        machine = self.reports[stem]["machine"]
+        return (f"{machine['cpu']}, {machine['cores']} cores, Linux {machine['kernel']}, load {machine['load']:.1f}, "
+                f"revision {self.reports[stem]['git']}")
+
+
+def judged(value, first, goal, smaller_is_better=True):
+    """In words: goal reached, first aim reached, or by how much it falls short."""
+    if value is None:
+        return "not measured"
+    better = (lambda a, b: a <= b) if smaller_is_better else (lambda a, b: a >= b)
+    if better(value, goal):
+        return "reaches the goal"
+    if better(value, first):
+        return "reaches the first aim, not the goal"
+    return "FALLS SHORT of the first aim"
+
+
+def row(what, peer, measured, aims, verdict, command):
+    return f"| {what} | {peer} | {measured} | {aims} | {verdict} | `{command}` |"
+
+
+def growth(figures, varied):
+    """Greatest departure of the CPU's growth from a straight line, %."""
+    return figures.get(f"load/{varied}/cpu_off_a_line", "max")
+
+
+def speed_rows(figures):
+    frangi = figures.get("frangi/400x600/4scales/full", "speedup")
+    yield row("Frangi, 400 x 600 px, 4 scales", "OpenCV, three `sepFilter2D` a scale",
+              f"{figures.text('frangi/400x600/4scales/full')} ms for "
+              f"{figures.text('frangi/400x600/4scales/full', member='peer_p50')}: "
+              + (f"{frangi:.1f} times faster" if frangi else "not measured"),
+              "4; 7 (AVX2), 10 (AVX-512)", judged(frangi, 4, 10, False), "./run bench stages --only frangi")
+    solve = figures.get("solve/26/coils_and_lines/ceres-sparse-cholesky", "speedup")
+    yield row("Gauss-Newton of coils and lines", "`ceres::Solve`, same residuals, automatic derivatives, sparse Cholesky",
+              f"{figures.text('solve/26/coils_and_lines/ceres-sparse-cholesky', '{:.3f}')} ms for "
+              f"{figures.text('solve/26/coils_and_lines/ceres-sparse-cholesky', '{:.3f}', 'peer_p50')}: "
+              + (f"{solve:.1f} times faster" if solve else "not measured"),
+              "15; 80", judged(solve, 15, 80, False), "./run bench stages --only solve")
+    yield row("all of an instant: likelihood, solves, covariance", "mode `paper`; the paper says 20 ms",
+              f"{figures.text('instant/filter')} ms for {figures.text('instant/filter', '{:.0f}', 'peer_p50')}",
+              "", "", "./run bench stages --only instant")
+    written = figures.get("end_to_end/30/written")
+    ratio = figures.get("end_to_end/30/written", "speedup")
+    yield row("exposure to `dds_write` returned, p50, one core", "the paper's loop in one thread; the paper says 70 ms",
+              f"{figures.text('end_to_end/30/written')} ms for {figures.text('end_to_end/30/written', '{:.0f}', 'peer_p50')}: "
+              + (f"ratio {ratio:.0f}, to the paper's own 70 ms {70 / written:.0f}" if written and ratio else "not measured"),
+              "7 ms; 2.4 ms", judged(written, 7, 2.4), "./run bench end_to_end")
+    shape = figures.get("end_to_end/30/cpu_a_shape", "speedup")
+    yield row("CPU time of a shape, everything included", "the paper's loop",
+              f"{figures.text('end_to_end/30/cpu_a_shape')} ms for "
+              f"{figures.text('end_to_end/30/cpu_a_shape', '{:.0f}', 'peer_p50')}"
+              + (f": {shape:.0f} times less" if shape else ""), "", "", "./run bench end_to_end")
+    udp = figures.get("publish/udp/30/1", "ratio_p50")
+    yield row("publish to a DDS subscriber, p50 at 30 Hz", "bare Cyclone writer, same type",
+              f"{figures.text('publish/udp/30/1', '{:.0f}')} us for {figures.text('publish/udp/30/1', '{:.0f}', 'peer_p50')}: "
+              + (f"{udp:.2f} times" if udp else "not measured"), "1.3; 1.05", judged(udp, 1.3, 1.05), "./run bench publish")
+    shm = figures.get("publish/shm/30/1", "ratio_p50")
+    yield row("shared memory, one way, p50 at 30 Hz", "Cyclone's shared memory, loans and listener",
+              f"{figures.text('publish/shm/30/1', '{:.0f}')} us for {figures.text('publish/shm/30/1', '{:.0f}', 'peer_p50')}: "
+              + (f"{shm:.2f} times" if shm else "not measured"), "0.75; 0.55", judged(shm, 0.75, 0.55), "./run bench publish")
+    cpu = figures.get("end_to_end/30/cpu")
+    yield row("CPU at 30 Hz, share of one core", "", f"{figures.text('end_to_end/30/cpu', '{:.0f}')} %", "25; 10 %",
+              judged(cpu, 25, 10), "./run bench end_to_end")
+    hot = [figures.get(f"soak/allocations/{stage}") for stage in ("em", "grab-A", "frangi-A", "optimizer")]
+    most = None if None in hot else max(hot)
+    yield row("allocations in acquisition, grab, Frangi, optimizer after start", "",
+              "not measured" if most is None else f"{most:.0f}", "0; 0", judged(most, 0, 0), "./run bench soak")
+    resident = figures.get("end_to_end/30/resident")
+    yield row("resident memory", "", f"{figures.text('end_to_end/30/resident', '{:.0f}')} MB", "60; 40 MB",
+              judged(resident, 60, 40), "./run bench end_to_end")
+    for varied, words in (("megapixels", "pixels"), ("coefficients", "coefficients, 20 to 48 (the most there are)"),
+                          ("instruments", "instruments"), ("subscribers", "subscribers")):
+        off = growth(figures, varied)
+        yield row(f"growth of CPU with {words}: off a straight line", "", "not measured" if off is None else f"{off:.0f} %",
+                  "10 %", judged(off, 10, 10), f"./run bench load --only {varied}")
+    one, two = (figures.get(f"load/instruments/{n}/written_last_instrument") for n in (1, 2))
+    second = None if one is None or two is None else two - one
+    yield row("the second instrument costs", "", "not measured" if second is None else f"{second:.1f} ms", "1 ms",
+              judged(second, 1, 1), "./run bench load --only instruments")
+
+
+def speed_table(figures):
+    lines = ["| what | peer in the same run | measured | first aim; goal | | command |", "|---|---|---|---|---|---|"]
+    lines += list(speed_rows(figures))
+    if "end_to_end" in figures.reports:
+        lines += ["", f"`end_to_end`: {figures.machine('end_to_end')}. \"unsteady\": the two halves of the run differ by more "
+                  "than 15 %."]
+    return "\n".join(lines)
+
+
+def latency_table(figures):
+    """Stage by stage at 30 Hz."""
+    rows = [("from the exposure until `dds_write` has returned", "written"), ("... until a subscriber has it, DDS over UDP", "udp"),
+            ("... until a reader has it, shared memory", "shm"),
+            ("of that: image from the grabber's process to the daemon", "stage/grab"), ("of that: Frangi, 4 scales", "stage/frangi"),
+            ("of that: optimizer", "stage/optimizer"), ("of that: `dds_write`", "stage/dds_write")]
+    lines = ["| ms, 400 x 600 px at 30 Hz | p50 | p99 |", "|---|---|---|"]
+    for words, name in rows:
+        lines.append(f"| {words} | {figures.text(f'end_to_end/30/{name}')} | {figures.text(f'end_to_end/30/{name}', member='p99')} |")
+    lines.append(f"| beside it, the paper's loop in one thread: until `dds_write` has returned | "
+                 f"{figures.text('end_to_end/30/paper-loop/written', '{:.0f}')} | "
+                 f"{figures.text('end_to_end/30/paper-loop/written', '{:.0f}', 'p99')} |")
+    if "end_to_end" in figures.reports:
+        lines += ["", f"{figures.machine('end_to_end')}; `./run bench end_to_end`."]
+    return "\n".join(lines)
+
+
+def put_between_marks(file, mark, text):
+    before = file.read_text()
+    pattern = re.compile(rf"(<!-- {mark}[^\n]*-->\n).*?(<!-- end of {mark} -->)", re.S)
+    after, count = pattern.subn(lambda found: found.group(1) + text + "\n" + found.group(2), before)
+    if count != 1:
+        sys.exit(f"speed_table.py: {file} has {count} places marked '{mark}', expected one")
+    file.write_text(after)
+
+
+def main():
+    figures = Figures(RESULTS)
+    tables = ((ROOT / "bench/README.md", "speed table", speed_table(figures)),
+              (ROOT / "README.md", "latency table", latency_table(figures)))
+    for file, mark, text in tables:
+        if "--write" in sys.argv[1:]:
+            put_between_marks(file, mark, text)
+        else:
+            print(text + "\n")
+
+
+if __name__ == "__main__":
+    main()
