@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -22,6 +23,13 @@ namespace {
   throw std::runtime_error("cannot " + what + " (" + std::strerror(errno) +
                            "): it measures in a network of its own, so run it as root or allow unprivileged "
                            "user namespaces (sysctl kernel.unprivileged_userns_clone=1)");
+}
+
+/// In a user namespace of its own a user has to be told to be itself, or files cannot be made.
+void remain_oneself(uid_t user, gid_t group) {
+  std::ofstream("/proc/self/setgroups") << "deny";
+  std::ofstream("/proc/self/uid_map") << user << ' ' << user << " 1";
+  std::ofstream("/proc/self/gid_map") << group << ' ' << group << " 1";
 }
 
 void bring_loopback_up() {
@@ -47,7 +55,10 @@ void keep_in_sight(int folder, const std::filesystem::path& path) {
 
 void enter_own_network() {
   const int wanted = CLONE_NEWNET | CLONE_NEWNS | CLONE_NEWIPC;
-  if (unshare(geteuid() == 0 ? wanted : wanted | CLONE_NEWUSER) != 0) refuse("enter namespaces of its own");
+  const uid_t user = geteuid();
+  const gid_t group = getegid();
+  if (unshare(user == 0 ? wanted : wanted | CLONE_NEWUSER) != 0) refuse("enter namespaces of its own");
+  if (user != 0) remain_oneself(user, group);
   const std::filesystem::path programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   const int folder = open(programs.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
