@@ -66,6 +66,8 @@ class ShmSender final : public Sender {
  public:
   explicit ShmSender(const std::string& socket) : publisher_({socket, ""}, {"cath-1"}, 1) {}
   void send(std::uint32_t number) override { publisher_.publish(samples_.numbered(number)); }
+  // A daemon that is silent for 200 ms is taken for dead: readers would have to come in anew at each turn.
+  void rest() override { send(0); }
 
  private:
   Samples samples_;

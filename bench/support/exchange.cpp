@@ -120,6 +120,10 @@ class Exchange {
     std::uint32_t number = 0;
     for (std::size_t round = 0; round < static_cast<std::size_t>(plan_.rounds); ++round) {
       const std::int64_t start_ns = turn_start_ns(round, i);
+      while (monotonic_ns() + kSecondNs / 10 < start_ns) {
+        sender->rest();
+        sleep_until_ns(monotonic_ns() + kSecondNs / 10);
+      }
       for (std::size_t sample = 0; sample < samples_a_turn(plan_); ++sample) {
         const std::int64_t due_ns =
             start_ns + static_cast<std::int64_t>(static_cast<double>(sample) * 1e9 / plan_.rate_hz);

@@ -23,6 +23,9 @@ class Sender {
  public:
   virtual ~Sender() = default;
   virtual void send(std::uint32_t number) = 0;
+  /// Every 100 ms while others have their turn: shows receivers that it is still there, where they ask for
+  /// it.
+  virtual void rest() {}
 };
 
 /// Called for each sample as soon as the receiver has it.
