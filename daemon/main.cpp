@@ -175,6 +175,10 @@ int run(int argc, char** argv) {
   } catch (const tubed::ConfigurationError& error) {
     std::cerr << error.what() << '\n';
     return kExitConfiguration;
+  } catch (const std::invalid_argument& error) {
+    // What the configuration names cannot be used, a vessel that is no vessel: trying again does not help.
+    std::cerr << file << ": " << error.what() << '\n';
+    return kExitConfiguration;
   } catch (const std::exception& error) {
     std::cerr << "tubed: cannot start: " << error.what() << '\n';
     return kExitUnavailable;

@@ -1,0 +1,72 @@
+"""The simulation as a person uses it: folders it writes, and what it says about a vessel it cannot use."""
+import csv
+import hashlib
+import json
+
+import bed as beds
+from bed import check, say
+
+EXIT_CONFIGURATION = 78  # sysexits.h
+IN_METRES = "x,y,z,radius\n" + "".join(f"0,0,{0.05 * i},0.010\n" for i in range(12))
+
+
+def _digest(folder):
+    """Of every file but its own name, by path."""
+    return {str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
+            for file in sorted(folder.rglob("*")) if file.is_file()}
+
+
+def _simulated(bed, name, seed):
+    folder = bed.folder / name
+    done = bed.tubectl("simulate", "--preset", "paper", "--seed", str(seed), "--every", "40", "--out", str(folder),
+                       timeout_s=150)
+    check(done.returncode == 0, f"tubectl simulate exits {done.returncode}: {done.stderr}")
+    return folder
+
+
+def a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed(bed):
+    folder, again, other = _simulated(bed, "a", 21), _simulated(bed, "b", 21), _simulated(bed, "c", 22)
+    check(_digest(folder) == _digest(again), "the same seed gives other files")
+    check(_digest(folder)["truth.csv"] != _digest(other)["truth.csv"], "another seed gives the same truth")
+    for mode in ("em", "filter"):
+        done = bed.tubectl("reconstruct", str(folder), "--mode", mode, "--out", str(bed.folder / f"{mode}.csv"),
+                           timeout_s=100)
+        check(done.returncode == 0, f"tubectl reconstruct --mode {mode} exits {done.returncode}: {done.stderr}")
+    with open(folder / "frames.csv", encoding="utf-8", newline="") as rows:
+        frames = {row["frame"] for row in csv.DictReader(rows)}
+    with open(bed.folder / "filter.csv", encoding="utf-8", newline="") as rows:
+        check({row["frame"] for row in csv.DictReader(rows)} == frames, "not every exposure was reconstructed")
+    done = bed.tubectl("evaluate", str(folder), "--em", str(bed.folder / "em.csv"), "--fused",
+                       str(bed.folder / "filter.csv"), "--in-view", "--json")
+    check(done.returncode == 0, f"tubectl evaluate exits {done.returncode}: {done.stderr}")
+    figures = json.loads(done.stdout)
+    rms = next(row for row in figures["metrics"] if row["name"] == "rms_mm") if "metrics" in figures else figures
+    say(json.dumps(rms)[:300])
+    check(len(frames) >= 8, f"only {len(frames)} exposures")
+
+
+def a_vessel_in_metres_is_refused_with_its_place(bed):
+    vessel = bed.write("aorta.csv", IN_METRES)
+    done = bed.tubectl("simulate", "--vessel", str(vessel))
+    say(done.stderr.strip())
+    check(done.returncode != 0, "tubectl simulate took it")
+    for word in (f"{vessel}:2", "is it in m?"):
+        check(word in done.stderr, f"tubectl does not say {word!r}")
+
+
+def a_daemon_with_a_vessel_it_cannot_use_ends_with_78(bed):
+    for name, text, words in (("aorta.csv", IN_METRES, ("aorta.csv:2", "is it in m?")),
+                              ("aorta.stl", "solid open\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\nendfacet\n"
+                               "endsolid open\n", ("aorta.stl", "closed surface"))):
+        vessel = bed.write(name, text)
+        daemon = bed.start_daemon(bed.simulation(simulation=f'preset = "paper"\nvessel = "{vessel}"'))
+        code = daemon.wait(20)
+        say(daemon.words().strip())
+        check(code == EXIT_CONFIGURATION, f"exit code {code}, expected {EXIT_CONFIGURATION}")
+        for word in words:
+            check(word in daemon.words(), f"the message does not say {word!r}")
+
+
+if __name__ == "__main__":
+    beds.main(a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed,
+              a_vessel_in_metres_is_refused_with_its_place, a_daemon_with_a_vessel_it_cannot_use_ends_with_78)
