@@ -9,7 +9,9 @@
 namespace tubed {
 
 std::string lock_memory() {
-  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+  // Programs and libraries are fetched from the disk now, all of them. What is mapped later is zeros: each
+  // page stays from its first use on, without the 8 MB that every thread's stack could have at most.
+  if (mlockall(MCL_CURRENT) != 0 || mlockall(MCL_FUTURE | MCL_ONFAULT) != 0) {
     return "locking the memory refused (" + std::generic_category().message(errno) +
            "); raise RLIMIT_MEMLOCK (LimitMEMLOCK=infinity in the unit, or ulimit -l unlimited)";
   }

@@ -5,9 +5,10 @@
 
 namespace tubed {
 
-/// Keeps every page of this process in memory, those of threads still to come included: their stacks are
-/// filled with pages when they are made. Freed memory stays with the process. Called once, before threads
-/// start. Returns what was refused and what to do about it; empty when it was granted.
+/// Keeps every page of this process in memory: programs and libraries as a whole and at once, what is
+/// allocated later from its first use on (real-time threads use their stacks before they begin, see
+/// StageThread). Freed memory stays with the process. Called once, before threads start. Returns what was
+/// refused and what to do about it; empty when it was granted.
 std::string lock_memory();
 
 }  // namespace tubed
