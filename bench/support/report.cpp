@@ -1,8 +1,10 @@
 #include "bench/support/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -17,24 +19,31 @@ namespace {
 constexpr std::size_t kFewestForDistribution = 20;
 constexpr double kMostDrift = 1.15;
 
+/// Five digits are more than any latency is worth; all seventeen would make the file many times larger.
+double rounded(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.5g", value);
+  return std::strtod(text.data(), nullptr);
+}
+
 /// [[percent, value], ..]: nine steps a decade towards 100 %, as far as there are values for them.
 nlohmann::ordered_json percentile_curve(const std::vector<double>& unsorted) {
   std::vector<double> values = unsorted;
   std::sort(values.begin(), values.end());
   nlohmann::ordered_json curve = nlohmann::ordered_json::array();
   for (int step = 1; step < 50; ++step) {
-    curve.push_back({step, percentile(values, step)});
+    curve.push_back({step, rounded(percentile(values, step))});
   }
   for (double beyond = 50; beyond * static_cast<double>(values.size()) / 100 >= 1; beyond *= 0.8) {
-    curve.push_back({100 - beyond, percentile(values, 100 - beyond)});
+    curve.push_back({rounded(100 - beyond), rounded(percentile(values, 100 - beyond))});
   }
-  curve.push_back({100, values.back()});
+  curve.push_back({100, rounded(values.back())});
   return curve;
 }
 
-/// [[lower edge, upper edge, count], ..]: 100 bins a decade; values of 0 and below are in the lowest.
+/// [[lower edge, upper edge, count], ..]: 50 bins a decade; values of 0 and below are in the lowest.
 nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
-  constexpr double kBinsADecade = 100;
+  constexpr double kBinsADecade = 50;
   constexpr double kLowest = 1e-9;
   std::map<int, int> counts;
   for (const double value : values) {
@@ -42,21 +51,23 @@ nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
   }
   nlohmann::ordered_json bins = nlohmann::ordered_json::array();
   for (const auto& [bin, count] : counts) {
-    bins.push_back({std::pow(10, bin / kBinsADecade), std::pow(10, (bin + 1) / kBinsADecade), count});
+    bins.push_back(
+        {rounded(std::pow(10, bin / kBinsADecade)), rounded(std::pow(10, (bin + 1) / kBinsADecade)), count});
   }
   return bins;
 }
 
-/// [[t_s, median, greatest], ..] of stretches of equal count, at most 300 of them.
+/// [[t_s, median, greatest], ..] of stretches of equal count, at most 150 of them.
 nlohmann::ordered_json series(const ReportRow& row) {
-  constexpr std::size_t kMostPoints = 300;
+  constexpr std::size_t kMostPoints = 150;
   const std::size_t stretch = row.values.size() / kMostPoints + 1;
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (std::size_t begin = 0; begin < row.values.size(); begin += stretch) {
     const std::size_t end = std::min(begin + stretch, row.values.size());
     const std::vector<double> part(row.values.begin() + static_cast<std::ptrdiff_t>(begin),
                                    row.values.begin() + static_cast<std::ptrdiff_t>(end));
-    points.push_back({row.t_s[begin], percentile(part, 50), percentile(part, 100)});
+    points.push_back(
+        {rounded(row.t_s[begin]), rounded(percentile(part, 50)), rounded(percentile(part, 100))});
   }
   return points;
 }
@@ -65,24 +76,24 @@ nlohmann::ordered_json json_of(const ReportRow& row) {
   nlohmann::ordered_json json{{"name", row.name},
                               {"unit", row.unit},
                               {"n", row.values.size()},
-                              {"min", percentile(row.values, 0)},
-                              {"p50", percentile(row.values, 50)},
-                              {"p90", percentile(row.values, 90)},
-                              {"p99", percentile(row.values, 99)},
-                              {"max", percentile(row.values, 100)},
-                              {"drift", drift(row.values)}};
+                              {"min", rounded(percentile(row.values, 0))},
+                              {"p50", rounded(percentile(row.values, 50))},
+                              {"p90", rounded(percentile(row.values, 90))},
+                              {"p99", rounded(percentile(row.values, 99))},
+                              {"max", rounded(percentile(row.values, 100))},
+                              {"drift", rounded(drift(row.values))}};
   if (is_unsteady(row.values)) {
     json["flagged"] = true;
   }
   if (!row.peer.empty()) {
     json["peer"] = row.peer;
-    json["peer_min"] = percentile(row.peer_values, 0);
-    json["peer_p50"] = percentile(row.peer_values, 50);
-    json["speedup"] = percentile(row.peer_values, 50) / percentile(row.values, 50);
-    json["speedup_min"] = percentile(row.peer_values, 0) / percentile(row.values, 0);
+    json["peer_min"] = rounded(percentile(row.peer_values, 0));
+    json["peer_p50"] = rounded(percentile(row.peer_values, 50));
+    json["speedup"] = rounded(percentile(row.peer_values, 50) / percentile(row.values, 50));
+    json["speedup_min"] = rounded(percentile(row.peer_values, 0) / percentile(row.values, 0));
   }
   for (const auto& [key, value] : row.extra) {
-    json[key] = value;
+    json[key] = rounded(value);
   }
   if (row.values.size() >= kFewestForDistribution) {
     json["curve"] = percentile_curve(row.values);
@@ -148,11 +159,14 @@ std::string Report::json() const {
   if (!command_.empty()) {
     json["command"] = command_;
   }
-  json["rows"] = nlohmann::ordered_json::array();
-  for (const ReportRow& row : rows_) {
-    json["rows"].push_back(json_of(row));
+  // One row a line: files that people can read and git can compare.
+  std::string text = json.dump();
+  text.back() = ',';
+  text += "\n\"rows\": [";
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    text += (i == 0 ? "\n" : ",\n") + json_of(rows_[i]).dump();
   }
-  return json.dump(1) + "\n";
+  return text + "\n]}\n";
 }
 
 std::string Report::table() const {

@@ -79,7 +79,7 @@ TEST(Report, ASeriesHasMedianAndGreatestOfEachStretch) {
     EXPECT_EQ(point[1], 1);
     greatest = std::max(greatest, point[2].get<double>());
   }
-  EXPECT_LE(series.size(), 300U);
+  EXPECT_LE(series.size(), 150U);
   EXPECT_EQ(greatest, 7);
 }
 
