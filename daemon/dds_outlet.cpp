@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "daemon/log.hpp"
 #include "daemon/pipeline/latency_histogram.hpp"
 
 namespace tubed {
@@ -167,17 +168,25 @@ void DdsOutlet::log_changes(std::span<const NamedReport> reports) {
     const StageReport& report = *reports[i].report;
     if (report.state != logged_[i].state || report.why != logged_[i].why) {
       const bool good = report.state == StageState::kRunning || report.state == StageState::kStarting;
-      spdlog::log(good ? spdlog::level::info : spdlog::level::warn, "{} is {}{}{}", reports[i].name,
-                  word_of(report.state), report.why[0] != '\0' ? ": " : "", report.why.data());
+      const std::string words = fmt::format("{} is {}{}{}", reports[i].name, word_of(report.state),
+                                            report.why[0] != '\0' ? ": " : "", report.why.data());
+      log_with_fields(good ? spdlog::level::info : spdlog::level::warn, words,
+                      {{"TUBED_STAGE", reports[i].name},
+                       {"TUBED_STATE", word_of(report.state)},
+                       {"TUBED_WHY", report.why.data()}});
       logged_[i] = report;
     }
   }
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     InstrumentState& state = instruments_[i];
     if (state.validity != state.logged_validity || !(state.reasons == state.logged_reasons)) {
-      spdlog::log(state.validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
-                  "{} is {} ({})", configuration_.room.instruments[i].id, name_of(state.validity),
-                  names_of(state.reasons));
+      const std::string& id = configuration_.room.instruments[i].id;
+      const std::string reasons = names_of(state.reasons);
+      log_with_fields(state.validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
+                      fmt::format("{} is {} ({})", id, name_of(state.validity), reasons),
+                      {{"TUBED_INSTRUMENT", id},
+                       {"TUBED_VALIDITY", name_of(state.validity)},
+                       {"TUBED_REASONS", reasons}});
       state.logged_validity = state.validity;
       state.logged_reasons = state.reasons;
     }

@@ -1,8 +1,6 @@
 // tubed: reads the configuration, wires drivers, pipeline and publishing together, and waits for the signal
 // to end.
 #include <pthread.h>
-#include <spdlog/async.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +15,7 @@
 #include "daemon/config/load_configuration.hpp"
 #include "daemon/config/sample_configuration.hpp"
 #include "daemon/dds_outlet.hpp"
+#include "daemon/log.hpp"
 #include "daemon/memory_lock.hpp"
 #include "daemon/notify_outlet.hpp"
 #include "daemon/pipeline/pipeline.hpp"
@@ -41,17 +40,6 @@ sigset_t block_signals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   return signals;
-}
-
-void start_logging(const std::string& level) {
-  spdlog::init_thread_pool(1024, 1);
-  auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
-  auto logger = std::make_shared<spdlog::async_logger>("tubed", sink, spdlog::thread_pool(),
-                                                       spdlog::async_overflow_policy::overrun_oldest);
-  spdlog::set_default_logger(logger);
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-  spdlog::set_level(spdlog::level::from_str(level));
-  spdlog::flush_on(spdlog::level::warn);
 }
 
 tubed::PipelineParts make_parts(const tubed::Configuration& configuration) {
@@ -114,7 +102,7 @@ int wait_for_the_end(const sigset_t& signals, const tubed::Configuration& config
 
 int run_daemon(const tubed::Configuration& configuration) {
   const sigset_t signals = block_signals();
-  start_logging(configuration.log_level);
+  tubed::start_logging(configuration.log_level);
   for (const std::string& warning : configuration.warnings) {
     spdlog::warn("{}", warning);
   }
