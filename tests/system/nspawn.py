@@ -14,7 +14,7 @@ from bed import Skip, check
 MASKED = ("systemd-udevd.service", "systemd-logind.service", "systemd-timesyncd.service", "systemd-firstboot.service",
           "systemd-sysusers.service", "systemd-resolved.service", "systemd-networkd.service", "ssh.service", "cron.service",
           "getty.target", "console-getty.service", "apt-daily.timer", "apt-daily-upgrade.timer", "man-db.timer", "e2scrub_all.timer",
-          "docker.service", "docker.socket", "containerd.service")
+          "docker.service", "docker.socket", "containerd.service", "prometheus.service", "prometheus-node-exporter.service")
 
 INSIDE = """[Unit]
 Description=the checks inside
