@@ -80,15 +80,13 @@ std::vector<SequenceInstant> instants_of(const Sequence& sequence) {
   return instants;
 }
 
-void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, const FrangiSettings& frangi,
-                 const OnEstimate& on_estimate) {
+void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettings& frangi,
+                     const OnObservation& on_observation) {
   std::vector<std::unique_ptr<CameraBench>> benches;
   for (const CameraCalibration& camera : sequence.room.cameras) {
     benches.push_back(std::make_unique<CameraBench>(camera, frangi));
   }
-  const auto estimator = make_estimator(settings, sequence.room.instruments.front(), sequence.room);
   const auto history = std::make_unique<EmHistory>();
-  const auto estimate = std::make_unique<TubeEstimate>();
   auto next_em = sequence.measurements.begin();
   MonotonicTime newest_image{};
   ImagePatience patience;
@@ -103,7 +101,7 @@ void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, co
     for (const std::size_t row : instant.rows) {
       const SequenceFrame& frame = sequence.frames[row];
       CameraBench& bench = *benches[static_cast<std::size_t>(frame.camera)];
-      if (settings.mode != EstimatorMode::kEm) {
+      if (images == Images::kMeasured) {
         bench.measure(sequence, frame);
         observation.images[static_cast<std::size_t>(frame.camera)] = &bench.measurement;
         observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;
@@ -114,10 +112,24 @@ void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, co
     observation.newest_image = newest_image;
     patience.saw_instant(observation.instant);
     observation.image_patience = patience.patience(kMostPatience);
-    estimate->sequence_number += 1;
-    estimator->estimate(observation, *estimate);
-    on_estimate(instant, *estimate);
+    if (!on_observation(instant, observation)) {
+      return;
+    }
   }
+}
+
+void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, const FrangiSettings& frangi,
+                 const OnEstimate& on_estimate) {
+  const auto estimator = make_estimator(settings, sequence.room.instruments.front(), sequence.room);
+  const auto estimate = std::make_unique<TubeEstimate>();
+  const Images images = settings.mode == EstimatorMode::kEm ? Images::kLeftOut : Images::kMeasured;
+  observe_in_turn(sequence, images, frangi,
+                  [&](const SequenceInstant& instant, const Observation& observation) {
+                    estimate->sequence_number += 1;
+                    estimator->estimate(observation, *estimate);
+                    on_estimate(instant, *estimate);
+                    return true;
+                  });
 }
 
 }  // namespace tubed

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/estimator/estimator.hpp"
 #include "daemon/image/frangi_settings.hpp"
 #include "drivers/replay/sequence_folder.hpp"
 #include "idl/estimate.hpp"
@@ -21,11 +21,22 @@ struct SequenceInstant {
 /// The instants in order of time.
 std::vector<SequenceInstant> instants_of(const Sequence& sequence);
 
+/// What was known at an instant; the observation and what it points at change with the next one. False: that
+/// was the last one wanted.
+using OnObservation = std::function<bool(const SequenceInstant&, const Observation&)>;
+
+enum class Images { kLeftOut, kMeasured };
+
+/// Measures every instant in turn as the pipeline does: EM measurements with t <= t_s, the images of the
+/// instant (none when not asked for) checked and filtered. Throws SequenceError for an image that cannot be
+/// read.
+void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettings& frangi,
+                     const OnObservation& on_observation);
+
 /// Called after each instant with its estimate.
 using OnEstimate = std::function<void(const SequenceInstant&, const TubeEstimate&)>;
 
-/// Estimates every instant from what was measured until then: EM measurements with t <= t_s, the images of
-/// the instant. Deterministic. Throws SequenceError for an image that cannot be read.
+/// Estimates every instant from what was measured until then. Deterministic. Throws as observe_in_turn().
 void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, const FrangiSettings& frangi,
                  const OnEstimate& on_estimate);
 

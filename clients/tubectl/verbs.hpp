@@ -28,6 +28,7 @@ CLI::App* add_top(CLI::App& app, int& exit_code);
 CLI::App* add_doctor(CLI::App& app, int& exit_code);
 CLI::App* add_reconstruct(CLI::App& app, int& exit_code);
 CLI::App* add_evaluate(CLI::App& app, int& exit_code);
+CLI::App* add_explain(CLI::App& app, int& exit_code);
 CLI::App* add_grab(CLI::App& app, int& exit_code);
 CLI::App* add_configure(CLI::App& app, int& exit_code);
 

@@ -13,6 +13,7 @@ namespace tubed {
 struct CorrespondenceLine {
   Eigen::Vector2d base_px = Eigen::Vector2d::Zero();  ///< projected centreline point
   Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  ///< unit, normal to the projected centreline
+  double half_width_px = 0;                           ///< of the tube's projection; 0 where nobody asks
   bool in_view = false;                               ///< set by the caller; the others are passed over
   double offset_px = 0;                               ///< found: mean of the posterior along the normal
   double variance_px2 = 0;                            ///< found: its variance

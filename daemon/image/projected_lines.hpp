@@ -1,0 +1,34 @@
+// Correspondence lines laid across a tube's projection.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "daemon/geometry/camera.hpp"
+#include "daemon/image/correspondence_lines.hpp"
+#include "daemon/model/uniform_cubic_bspline.hpp"
+
+namespace tubed {
+
+using CorrespondenceLines = std::array<CorrespondenceLine, LineSearch::kMaxLines>;
+
+/// How lines lie along a tube: the first at the tip, the last at length_mm, about 2 mm apart.
+struct LineLayout {
+  explicit LineLayout(double length_mm);
+
+  int count;
+  double spacing_mm;
+  [[nodiscard]] double s_mm(int line) const { return line * spacing_mm; }
+};
+
+/// Sets base, normal, half width and in_view of the first layout.count lines for the tube with coefficients C
+/// (3 x n, mm, world). A line is in view when its base lies at least 3 px inside the image and the tube does
+/// not run straight toward the source there. `radius_mm` is the tube's. Returns how many are in view; never
+/// allocates.
+int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
+                  const LineLayout& layout, double radius_mm, CorrespondenceLines& lines);
+
+/// Change of the offset from one line of such a layout to the next that LineSearch is told to expect, px.
+inline constexpr double kLineTransition_px = 0.7;
+
+}  // namespace tubed

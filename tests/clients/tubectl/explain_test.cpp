@@ -1,0 +1,135 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "clients/tubectl/explanation.hpp"
+#include "clients/tubectl/explanation_picture.hpp"
+#include "clients/tubectl/verbs.hpp"
+#include "drivers/replay/sequence_image.hpp"
+#include "tests/clients/tubectl/straight_sequence.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr double kCoils_px = 70;  // where the coils of StraightSequence are seen: 20 mm beside the truth
+constexpr double kRidge_px = 73;  // where the picture shows something dark
+
+/// A straight sequence whose first instant has a picture: a dark stripe 4 px wide, from top to bottom.
+class Explain : public testing::Test {
+ protected:
+  Explain() {
+    GreyImage picture{101, 201, PixelDepth::kGrey8, {}};
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = 0; x < picture.width; ++x) {
+        const double off = (x - kRidge_px) / 1.5;
+        const int grain = (x * 7 + y * 13) % 5;
+        picture.pixels.push_back(
+            static_cast<std::uint8_t>(180 + grain - std::lround(60 * std::exp(-0.5 * off * off))));
+      }
+    }
+    write_image(std::filesystem::path(folder_.path()) / "first.png", picture);
+    folder_.write("frames.csv", "frame,t_s,camera,file\n0,0.0,A,first.png\n1,1.0,A,\n2,2.0,A,\n");
+  }
+
+  [[nodiscard]] Explanation explained(std::uint32_t frame) const {
+    EstimatorSettings settings;
+    settings.mode = EstimatorMode::kJoint;
+    return explain_image(read_sequence(folder_.path()), {frame, ""}, settings, FrangiSettings{});
+  }
+
+  StraightSequence folder_{3};
+};
+
+TEST_F(Explain, EveryLineTellsHowFarTheRidgeLiesFromThePrediction) {
+  const Explanation explanation = explained(0);
+
+  ASSERT_GT(explanation.found.in_view, 80);
+  EXPECT_GT(explanation.found.inlier_ratio, 0.95);
+  for (int i = 10; i < 80; ++i) {
+    const CorrespondenceLine& line = explanation.lines[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(line.base_px.x(), kCoils_px, 0.1);
+    EXPECT_NEAR(line.offset_px * line.normal.x(), kRidge_px - kCoils_px, 0.5) << "line " << i;
+  }
+}
+
+TEST_F(Explain, ThePosteriorIsHighOnTheTubeAndLowBesideIt) {
+  const Explanation explanation = explained(0);
+
+  ASSERT_EQ(explanation.posterior.size(), 101U * 201U);
+  EXPECT_GT(explanation.posterior[100 * 101 + 73], 0.9F);
+  EXPECT_LT(explanation.posterior[100 * 101 + 60], 0.2F);
+}
+
+TEST_F(Explain, ThePredictionKnowsNothingOfTheImage) {
+  const Explanation explanation = explained(0);
+
+  EXPECT_FALSE(explanation.before.has_image);
+  EXPECT_TRUE(explanation.after.has_image);
+  EXPECT_NEAR(explanation.predicted.centreline_px[100].x(), kCoils_px, 0.1);
+  EXPECT_NEAR(explanation.estimated.centreline_px[100].x(), kRidge_px, 0.6);
+}
+
+TEST_F(Explain, DistancesFromTheTruthAreThoseAcrossIt) {
+  const Explanation explanation = explained(0);
+
+  const auto off = distances_px(explanation.predicted, *explanation.truth, explanation.camera);
+
+  ASSERT_GT(off.size(), 150U);
+  for (const double px : off) EXPECT_NEAR(px, 20, 0.1);
+}
+
+TEST_F(Explain, TheSheetMarksWhatALineFoundWhereItFoundIt) {
+  const Explanation explanation = explained(0);
+
+  const cv::Mat lines = draw_lines(explanation);
+
+  // Four pixels a pixel of the image, cut 15 or 16 px left of the bases.
+  ASSERT_FALSE(lines.empty());
+  std::vector<double> marked_px;
+  for (int y = 0; y < lines.rows; ++y) {
+    for (int x = 0; x < lines.cols; ++x) {
+      const auto pixel = lines.at<cv::Vec3b>(y, x);
+      if (pixel[0] > 200 && pixel[1] > 180 && pixel[2] < 120) marked_px.push_back(x / 4.0 + kCoils_px - 15.5);
+    }
+  }
+  ASSERT_GT(marked_px.size(), 200U);
+  for (const double x_px : marked_px) EXPECT_NEAR(x_px, kRidge_px, 2.5);
+}
+
+TEST_F(Explain, AnInstantWithoutFluoroscopyIsExplainedInWords) {
+  const Explanation explanation = explained(1);
+
+  EXPECT_EQ(explanation.found.in_view, 0);
+  EXPECT_TRUE(draw_lines(explanation).empty());
+  EXPECT_FALSE(draw_sheet(explanation).empty());
+  EXPECT_EQ(words_of(explanation)[2], "fluoroscopy off: no image");
+}
+
+TEST_F(Explain, WritesPicturesAndTheTableOfItsLines) {
+  const std::string out = folder_.path() + "/explained";
+
+  EXPECT_EQ(
+      run_verb(add_explain, {"explain", folder_.path(), "--image", "0", "--mode", "joint", "--out", out}),
+      kExitOk);
+
+  EXPECT_FALSE(cv::imread(out + "/frame0-A-joint.png").empty());
+  EXPECT_FALSE(cv::imread(out + "/frame0-A-joint-lines.png").empty());
+  std::ifstream table(out + "/frame0-A-joint-lines.csv");
+  std::string header;
+  std::getline(table, header);
+  EXPECT_EQ(header, "s_mm,base_x_px,base_y_px,normal_x,normal_y,offset_px,sigma_px,agrees");
+}
+
+TEST_F(Explain, AFrameThatIsNotThereIsRefusedWithThoseThatAre) {
+  try {
+    (void)explained(17);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("0 to 2"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace tubed
