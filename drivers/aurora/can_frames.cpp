@@ -118,6 +118,14 @@ CanFrame pack_sync(const CanSync& sync) noexcept {
   return frame;
 }
 
+CanFrame pack_follow_up(const CanFollowUp& follow_up) noexcept {
+  CanFrame frame{kCanFollowUpId, kClassicSize, {}};
+  ByteWriter writer(frame.bytes);
+  writer.u32(follow_up.sent_us);
+  writer.u8(follow_up.sequence);
+  return seal_classic(frame);
+}
+
 CanFrame pack_status(const CanStatus& status) noexcept {
   CanFrame frame{kCanStatusId, kClassicSize, {}};
   ByteWriter writer(frame.bytes);
@@ -200,6 +208,17 @@ std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept {
   sync.frame = bytes.u32();
   sync.time_us = bytes.u32();
   return sync;
+}
+
+std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame) noexcept {
+  if (frame.id != kCanFollowUpId || !sealed_classic(frame)) {
+    return std::nullopt;
+  }
+  ByteReader bytes(frame.payload());
+  CanFollowUp follow_up;
+  follow_up.sent_us = bytes.u32();
+  follow_up.sequence = bytes.u8();
+  return follow_up;
 }
 
 std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept {

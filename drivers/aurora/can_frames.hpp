@@ -17,6 +17,7 @@ namespace tubed::aurora {
 
 inline constexpr std::uint32_t kCanSyncId = 0x300;
 inline constexpr std::uint32_t kCanStatusId = 0x301;
+inline constexpr std::uint32_t kCanFollowUpId = 0x302;
 inline constexpr std::uint32_t kCanFdCoilId = 0x320;       ///< + coil
 inline constexpr std::uint32_t kCanClassicCoilId = 0x340;  ///< + 4 coil + part
 inline constexpr std::uint8_t kCanProtocol = 0x10;
@@ -39,7 +40,17 @@ struct CanSync {
   std::uint32_t time_us = 0;  ///< the gateway's clock at the measurement; wraps after 71.6 min
 };
 
-/// State of tracker and gateway, once a second and when it changes.
+/// When the SYNC was handed to the bus: the receiver learns from it how the gateway's clock lies to its own,
+/// without what polling and the serial line took. Behind the SYNC; gateways may leave it out.
+struct CanFollowUp {
+  std::uint8_t sequence = 0;  ///< of the SYNC
+  std::uint32_t sent_us = 0;  ///< the gateway's clock, as CanSync::time_us
+};
+
+/// Bit of CanStatus::gateway_error: the tracker is an emulated one.
+inline constexpr std::uint8_t kCanSimulated = 0x80;
+
+/// State of tracker and gateway, at least once a second and when it changes.
 struct CanStatus {
   std::uint8_t protocol = kCanProtocol;
   int coil_count = 0;
@@ -84,6 +95,7 @@ struct CanClassicPart {
 [[nodiscard]] std::uint8_t can_sequence(std::uint32_t frame) noexcept;
 
 [[nodiscard]] CanFrame pack_sync(const CanSync& sync) noexcept;
+[[nodiscard]] CanFrame pack_follow_up(const CanFollowUp& follow_up) noexcept;
 [[nodiscard]] CanFrame pack_status(const CanStatus& status) noexcept;
 /// `coil` in 0 .. kMaxCanCoils - 1. A pose that the fixed point cannot hold (over 2147 m, for classic
 /// over 8.388 m) is sent as missing.
@@ -95,6 +107,7 @@ struct CanClassicPart {
 /// Each gives nothing when identifier, size, check sum, protocol or state is not what such a frame has, or
 /// an axis is not of unit length (within 0.2 %). SYNC has no check sum but the bus's own.
 [[nodiscard]] std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept;
+[[nodiscard]] std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame) noexcept;
 [[nodiscard]] std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept;
 [[nodiscard]] std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept;
 [[nodiscard]] std::optional<CanClassicPart> unpack_classic_part(const CanFrame& frame) noexcept;

@@ -1,5 +1,6 @@
 #include "drivers/driver_registry/driver_registry.hpp"
 
+#include "drivers/aurora_can/aurora_can_driver.hpp"
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
 #include "drivers/image_shm/image_shm_driver.hpp"
 #include "drivers/replay/replay_driver.hpp"
@@ -39,6 +40,20 @@ DriverDescription aurora_serial() {
                            {}};
   driver.needs_device = true;
   driver.finds_coils_by_port = true;
+  return driver;
+}
+
+DriverDescription aurora_can() {
+  DriverDescription driver{
+      "aurora-can",
+      "an NDI Aurora behind a gateway on a CAN bus, em.device",
+      Origin::kDevice,
+      aurora_can_settings(),
+      [](const SourceContext& context) {
+        return make_aurora_can_em_source(context.room, context.settings, context.device);
+      },
+      {}};
+  driver.needs_device = true;
   return driver;
 }
 
@@ -86,7 +101,7 @@ DriverDescription simulation() {
 }  // namespace
 
 const std::vector<DriverDescription>& drivers() {
-  static const std::vector<DriverDescription> all = {aurora_serial(), replay(), image_shm(), simulation()};
+  static const std::vector<DriverDescription> all = {aurora_serial(), aurora_can(), replay(), image_shm(), simulation()};
   return all;
 }
 

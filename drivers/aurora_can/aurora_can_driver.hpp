@@ -1,0 +1,22 @@
+// The driver "aurora-can": an NDI Aurora behind a gateway on a CAN bus.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/interface/driver_settings.hpp"
+#include "drivers/interface/em_source.hpp"
+#include "drivers/interface/room.hpp"
+
+namespace tubed {
+
+/// The keys of the table [aurora-can].
+std::vector<SettingDescription> aurora_can_settings();
+
+/// The gateway's tracker at the interface `device`, as can0: sensor i of `room` is coil i - 1 of the gateway.
+std::unique_ptr<EmSource> make_aurora_can_em_source(const RoomDescription& room,
+                                                    const DriverSettings& settings,
+                                                    const std::string& device);
+
+}  // namespace tubed

@@ -1,0 +1,290 @@
+#include "drivers/aurora_can/aurora_can_source.hpp"
+
+#include <algorithm>
+
+#include "drivers/aurora/coil_map.hpp"
+#include "drivers/interface/monotonic_clock.hpp"
+
+namespace tubed {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kBetweenTries{100};
+/// Without a measurement for so long it is said what is missing.
+constexpr milliseconds kSilence{1000};
+/// A gateway says at least once a second whether its tracker is an emulated one. One that does not say
+/// anything for so long has no STATUS.
+constexpr milliseconds kPatienceForStatus{1500};
+constexpr milliseconds kFollowUpsLast{4000};
+constexpr int kMostFramesAtOnce = 64;
+
+std::chrono::nanoseconds from_ms(double ms) {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
+}
+
+}  // namespace
+
+AuroraCanSource::AuroraCanSource(const RoomDescription& room, const DriverSettings& settings,
+                                 std::unique_ptr<CanPort> port)
+    : port_(std::move(port)),
+      latency_(from_ms(settings.get<double>("latency_ms"))),
+      coil_count_(std::clamp(aurora::CoilMap(room).coil_count(), 1, kMaxTrackerCoils)),
+      assembler_(coil_count_) {}
+
+OpenResult AuroraCanSource::open() {
+  if (problem_.empty() && !port_->is_open()) {
+    next_try_ = {};
+    open_port(monotonic_now());
+  }
+  if (!problem_.empty()) {
+    OpenResult result{false, std::string(problem_.text())};
+    told_ = problem_;
+    problem_.clear();
+    keep_ = true;
+    return result;
+  }
+  keep_ = false;
+  return {true, {}};
+}
+
+// What is wrong for the same reason as before is no news.
+bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
+  if (now < next_try_) {
+    return false;
+  }
+  next_try_ = now + kBetweenTries;
+  const int error = port_->open();
+  if (error == 0) {
+    silent_since_ = now;
+    troubled_ = assembling_ = false;
+    counts_when_silent_ = assembler_.counts();
+    return true;
+  }
+  aurora::Problem problem(port_->name());
+  problem << " " << describe_can_error(error);
+  if (!(problem == told_)) {
+    problem_ = problem;
+  }
+  return false;
+}
+
+ReadOutcome AuroraCanSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
+  while (!port_->is_open()) {
+    if (open_port(monotonic_now())) {
+      break;
+    }
+    if (!problem_.empty()) {
+      keep_ = true;
+      return ReadOutcome::kLost;
+    }
+    if (!sleep_until(next_try_, deadline)) {
+      return ReadOutcome::kTimeout;
+    }
+  }
+  for (int frames = 0;;) {
+    const MonotonicTime whole_until =
+        sync_received_ + aurora::CanCoilAssembler::kAssemblyTime + std::chrono::nanoseconds(1);
+    const MonotonicTime until = assembling_ ? std::min(deadline, whole_until) : deadline;
+    const CanArrival arrival = port_->read(std::min(until, silent_since_ + kSilence));
+    ReadOutcome outcome = ReadOutcome::kTimeout;
+    switch (arrival.kind) {
+      case CanArrival::Kind::kNothing: {
+        const MonotonicTime now = monotonic_now();
+        if (const auto measurement = assembler_.expire(now)) {
+          outcome = hand_on(*measurement, now, frame);
+        }
+        assembling_ = assembling_ && now < whole_until;
+        break;
+      }
+      case CanArrival::Kind::kFrame:
+        outcome = take_frame(arrival, frame);
+        break;
+      case CanArrival::Kind::kErrorFrame:
+        outcome = take_trouble(arrival.trouble);
+        break;
+      case CanArrival::Kind::kUnreadable:
+        ++counts_.unreadable;
+        return ReadOutcome::kRefused;
+      case CanArrival::Kind::kGone:
+        return lose_port(arrival.error);
+    }
+    const MonotonicTime now = monotonic_now();
+    if (outcome == ReadOutcome::kTimeout && now - silent_since_ >= kSilence) {
+      outcome = silent();
+    }
+    // What has come already is looked at even when the time is over, but not without end.
+    const bool more = arrival.kind != CanArrival::Kind::kNothing && ++frames < kMostFramesAtOnce;
+    if (outcome != ReadOutcome::kTimeout || (now >= deadline && !more)) {
+      return outcome;
+    }
+  }
+}
+
+ReadOutcome AuroraCanSource::take_frame(const CanArrival& arrival, EmFrame& frame) noexcept {
+  if (arrival.frame.id == aurora::kCanFollowUpId) {
+    return take_follow_up(arrival);
+  }
+  if (const auto sync = aurora::unpack_sync(arrival.frame)) {
+    sync_sequence_ = aurora::can_sequence(sync->frame);
+    sync_received_ = arrival.received;
+    assembling_ = true;
+  }
+  const std::uint64_t bad_before = assembler_.counts().bad_frames;
+  if (const auto measurement = assembler_.accept(arrival.frame, arrival.received)) {
+    assembling_ = arrival.frame.id == aurora::kCanSyncId;  // which ended the one before
+    return hand_on(*measurement, arrival.received, frame);
+  }
+  return assembler_.counts().bad_frames != bad_before ? ReadOutcome::kRefused : ReadOutcome::kTimeout;
+}
+
+// The stamp of the SYNC counts: this frame comes behind it.
+ReadOutcome AuroraCanSource::take_follow_up(const CanArrival& arrival) noexcept {
+  const auto follow_up = aurora::unpack_follow_up(arrival.frame);
+  if (!follow_up) {
+    return ReadOutcome::kRefused;
+  }
+  if (!assembling_ || follow_up->sequence != sync_sequence_) {
+    return ReadOutcome::kTimeout;
+  }
+  if (arrival.received > follow_up_until_) {
+    clock_.reset();  // until now it was learned from other times
+  }
+  follow_up_until_ = arrival.received + kFollowUpsLast;
+  clock_.observe(follow_up->sent_us, sync_received_);
+  return ReadOutcome::kTimeout;
+}
+
+MonotonicTime AuroraCanSource::measured(const aurora::CanMeasurement& measurement) noexcept {
+  const std::uint32_t time_us = measurement.sync.time_us;
+  const MonotonicTime received = measurement.sync_received;
+  const bool follows_up = received < follow_up_until_;
+  if (!follows_up) {
+    clock_.observe(time_us, received);
+  }
+  const MonotonicTime time = clock_.at(time_us, received) - (follows_up ? milliseconds(0) : latency_);
+  return std::max(time, last_measured_ + std::chrono::microseconds(1));
+}
+
+// A gateway sends STATUS behind its first SYNC; who joins later waits for the next one, because nothing else
+// says that a tracker is an emulated one.
+bool AuroraCanSource::origin_known(MonotonicTime now) noexcept {
+  if (assembler_.status()) {
+    return true;
+  }
+  if (heard_since_ == MonotonicTime{}) {
+    heard_since_ = now;
+  }
+  return now - heard_since_ > kPatienceForStatus;
+}
+
+ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now,
+                                     EmFrame& frame) noexcept {
+  const auto& status = assembler_.status();
+  const bool simulated = status && (status->gateway_error & aurora::kCanSimulated) != 0;
+  EmFrame made;
+  made.measured = measured(measurement);
+  made.received = measurement.last_received;
+  made.tracker_frame = measurement.sync.frame;
+  made.origin = simulated ? Origin::kSimulated : Origin::kDevice;
+  made.coil_count = measurement.coil_count;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(made.coil_count); ++i) {
+    made.coils[i] = aurora::coil_sample(measurement.coils[i]);
+  }
+  silent_since_ = now;
+  troubled_ = false;
+  counts_when_silent_ = assembler_.counts();
+  if (!origin_known(now)) {
+    return ReadOutcome::kTimeout;
+  }
+  if (status && status->coil_count < coil_count_ && !coils_told_) {
+    coils_told_ = true;
+    aurora::Problem problem(port_->name());
+    problem << ": the gateway sends " << status->coil_count << " coils, the configuration has sensors up to "
+            << coil_count_;
+    return tell(problem);
+  }
+  if (!guard_.believe(made)) {
+    ++counts_.leaps;
+    return ReadOutcome::kRefused;
+  }
+  last_measured_ = made.measured;
+  frame = made;
+  told_.clear();
+  return ReadOutcome::kFrame;
+}
+
+ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
+  ++counts_.error_frames;
+  last_trouble_ = trouble;
+  troubled_ = true;
+  counts_.overflowed += trouble.receive_overflow ? 1 : 0;
+  if (trouble.restarted) {
+    ++counts_.restarts;
+    told_.clear();  // the next bus-off is another one
+  }
+  if (!trouble.bus_off) {
+    return ReadOutcome::kTimeout;
+  }
+  ++counts_.bus_offs;
+  aurora::Problem problem(port_->name());
+  problem << " " << describe(trouble);
+  if (counts_.restarts > 0) {
+    problem << "; was restarted " << static_cast<int>(counts_.restarts) << " times before";
+  }
+  return tell(problem);
+}
+
+ReadOutcome AuroraCanSource::silent() noexcept {
+  const auto& now = assembler_.counts();
+  const auto& before = counts_when_silent_;
+  silent_since_ = monotonic_now();
+  aurora::Problem problem(port_->name());
+  if (troubled_) {
+    problem << " " << describe(last_trouble_);
+  } else if (now.bad_frames > before.bad_frames) {
+    problem << ": the check sums or sizes of all frames are wrong: is the gateway of another version?";
+  } else if (now.empty > before.empty) {
+    problem << ": measurements come without coils: CAN FD frames to a port that takes classic ones only?";
+  } else if (now.duplicates + now.old_syncs > before.duplicates + before.old_syncs) {
+    problem << ": the gateway repeats one measurement: the tracker does not measure";
+  } else {
+    problem
+        << " carries no measurements: is `tubectl can-gateway` running, and the tracker on? Have both ends "
+           "the same bit rates?";
+  }
+  counts_when_silent_ = now;
+  troubled_ = false;
+  return tell(problem);
+}
+
+ReadOutcome AuroraCanSource::lose_port(int error) noexcept {
+  port_->close();
+  aurora::Problem problem(port_->name());
+  problem << " " << describe_can_error(error);
+  return tell(problem);
+}
+
+ReadOutcome AuroraCanSource::tell(const aurora::Problem& problem) noexcept {
+  if (problem == told_) {
+    return ReadOutcome::kTimeout;
+  }
+  problem_ = problem;
+  keep_ = true;
+  return ReadOutcome::kLost;
+}
+
+void AuroraCanSource::close() noexcept {
+  if (!keep_) {
+    port_->close();
+  }
+}
+
+AuroraCanCounts AuroraCanSource::counts() const noexcept {
+  AuroraCanCounts counts = counts_;
+  counts.overflowed += port_->overflowed();
+  return counts;
+}
+
+}  // namespace tubed

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/aurora/can_coil_assembler.hpp"
+#include "drivers/aurora/pose_guard.hpp"
+#include "drivers/aurora/words.hpp"
+#include "drivers/aurora_can/can_port.hpp"
+#include "drivers/aurora_can/gateway_clock.hpp"
+#include "drivers/interface/driver_settings.hpp"
+#include "drivers/interface/em_source.hpp"
+#include "drivers/interface/room.hpp"
+
+namespace tubed {
+
+/// What came over the bus and what was wrong with it, since the beginning; beside CanCoilAssembler::Counts.
+struct AuroraCanCounts {
+  std::uint64_t error_frames = 0;
+  std::uint64_t bus_offs = 0;
+  std::uint64_t restarts = 0;    ///< of the controller, after bus-off
+  std::uint64_t unreadable = 0;  ///< no frames of ours, though their identifiers are
+  std::uint64_t leaps = 0;       ///< measurements that were not believed: see aurora::PoseGuard
+  std::uint64_t overflowed = 0;  ///< frames that the kernel threw away, or 1 for each time the controller did
+};
+
+/// An NDI Aurora behind a gateway on a CAN bus. Called by the EM acquisition thread.
+///
+/// Whatever goes wrong is told once: read() says kLost, the next open() says why, and from then on read()
+/// goes on trying, ten times a second, so that an interface or a gateway that comes back is found at once.
+class AuroraCanSource final : public EmSource {
+ public:
+  /// Coil i of a frame is coil i of the gateway, sensor i + 1 of `room`.
+  AuroraCanSource(const RoomDescription& room, const DriverSettings& settings, std::unique_ptr<CanPort> port);
+
+  OpenResult open() override;
+  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
+  void close() noexcept override;
+
+  [[nodiscard]] AuroraCanCounts counts() const noexcept;
+  [[nodiscard]] const aurora::CanCoilAssembler::Counts& assembler_counts() const noexcept {
+    return assembler_.counts();
+  }
+  [[nodiscard]] const GatewayClock& clock() const noexcept { return clock_; }
+
+ private:
+  bool open_port(MonotonicTime now) noexcept;
+  ReadOutcome tell(const aurora::Problem& problem) noexcept;
+  ReadOutcome lose_port(int error) noexcept;
+  ReadOutcome take_trouble(const CanTrouble& trouble) noexcept;
+  ReadOutcome take_frame(const CanArrival& arrival, EmFrame& frame) noexcept;
+  ReadOutcome take_follow_up(const CanArrival& arrival) noexcept;
+  ReadOutcome hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now, EmFrame& frame) noexcept;
+  ReadOutcome silent() noexcept;
+  [[nodiscard]] bool origin_known(MonotonicTime now) noexcept;
+  [[nodiscard]] MonotonicTime measured(const aurora::CanMeasurement& measurement) noexcept;
+
+  std::unique_ptr<CanPort> port_;
+  std::chrono::nanoseconds latency_;
+  int coil_count_;
+  aurora::CanCoilAssembler assembler_;
+  aurora::PoseGuard guard_;
+  GatewayClock clock_;
+  AuroraCanCounts counts_;
+
+  std::uint8_t sync_sequence_ = 0;
+  MonotonicTime sync_received_{};    ///< of the last SYNC
+  bool assembling_ = false;          ///< it has not led to a measurement yet
+  MonotonicTime follow_up_until_{};  ///< the gateway is one that sends follow-ups
+  MonotonicTime last_measured_{};    ///< of the last frame that was handed on
+  MonotonicTime heard_since_{};      ///< the first measurement, without a STATUS
+  MonotonicTime silent_since_{};     ///< nothing usable since then
+  CanTrouble last_trouble_;          ///< reported by the controller since then
+  bool troubled_ = false;
+  aurora::CanCoilAssembler::Counts counts_when_silent_;
+  bool coils_told_ = false;
+
+  aurora::Problem problem_;  ///< to be told by the next open()
+  aurora::Problem told_;     ///< the last one that was told, until there is a measurement
+  bool keep_ = false;        ///< close() only pauses
+  MonotonicTime next_try_{};
+};
+
+}  // namespace tubed

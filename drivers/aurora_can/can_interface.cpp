@@ -1,0 +1,133 @@
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "drivers/aurora_can/can_port.hpp"
+
+namespace tubed {
+
+namespace {
+
+/// 0x300 to 0x37F, data frames with identifiers of 11 bits: all that a gateway sends.
+constexpr can_filter kOfGateways{aurora::kCanSyncId, 0x780U | CAN_EFF_FLAG | CAN_RTR_FLAG};
+
+template <typename Value>
+bool set(int descriptor, int level, int option, const Value& value) noexcept {
+  return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
+}
+
+int last_error() noexcept { return errno == 0 ? EIO : errno; }
+
+/// Index of the interface, or -errno: not there, no CAN, down, or without CAN FD (EMSGSIZE) when that is
+/// needed.
+int find_interface(int descriptor, const std::string& name, bool needs_fd) noexcept {
+  ifreq request{};
+  if (name.empty() || name.size() >= sizeof request.ifr_name) {
+    return -ENODEV;
+  }
+  const auto ask = [&](unsigned long what) {
+    request = {};
+    std::memcpy(request.ifr_name, name.data(), name.size());
+    return ::ioctl(descriptor, what, &request) == 0;
+  };
+  constexpr unsigned short kArpHardwareCan = 280;  // ARPHRD_CAN
+  if (!ask(SIOCGIFHWADDR)) {
+    return -last_error();
+  }
+  if (request.ifr_hwaddr.sa_family != kArpHardwareCan) {
+    return -ENOTSOCK;
+  }
+  if (!ask(SIOCGIFFLAGS)) {
+    return -last_error();
+  }
+  if ((request.ifr_flags & IFF_UP) == 0) {
+    return -ENETDOWN;
+  }
+  if (needs_fd && (!ask(SIOCGIFMTU) || request.ifr_mtu < static_cast<int>(CANFD_MTU))) {
+    return -EMSGSIZE;
+  }
+  return ask(SIOCGIFINDEX) ? request.ifr_ifindex : -last_error();
+}
+
+}  // namespace
+
+int CanInterface::connect() noexcept {
+  const int descriptor = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
+  if (descriptor < 0) {
+    return -last_error();
+  }
+  const int error = configure(descriptor);
+  if (error != 0) {
+    ::close(descriptor);
+    return -error;
+  }
+  return descriptor;
+}
+
+int CanInterface::configure(int descriptor) const noexcept {
+  const int index = find_interface(descriptor, name_, use_ == CanUse::kSendFd);
+  if (index < 0) {
+    return -index;
+  }
+  constexpr int kOn = 1;
+  constexpr can_err_mask_t kAllErrors = CAN_ERR_MASK;
+  bool good = set(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn);
+  if (use_ == CanUse::kReceive) {
+    good = good && set(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, kOfGateways) &&
+           set(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, kAllErrors);
+    // Without these times are a little later, losses are seen in the frame numbers only.
+    set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn);
+    set(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn);
+    if (receive_buffer_ > 0) {
+      set(descriptor, SOL_SOCKET, SO_RCVBUF, receive_buffer_);
+    }
+  } else {
+    good = good && ::setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0) == 0;
+  }
+  if (!good) {
+    return last_error();
+  }
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = index;
+  return ::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ? 0
+                                                                                              : last_error();
+}
+
+std::string_view describe_can_error(int error) noexcept {
+  switch (error) {
+    case EAFNOSUPPORT:
+    case EPROTONOSUPPORT:
+      return "cannot be opened: no CAN in this kernel (modprobe can_raw), or the service may not use it "
+             "(RestrictAddressFamilies without AF_CAN)";
+    case EPERM:
+    case EACCES:
+      return "may not be opened: a container or a security policy forbids raw CAN sockets to this user";
+    case ENODEV:
+    case ENXIO:
+      return "is not there: `ip -br link show type can` lists the interfaces; see em.device";
+    case ENOTSOCK:
+      return "is no CAN interface: `ip -br link show type can` lists those; see em.device";
+    case ENETDOWN:
+      return "is down: `ip link set NAME up type can bitrate 500000 dbitrate 2000000 fd on`, with the "
+             "gateway's bit rates";
+    case EMSGSIZE:
+    case EINVAL:
+      return "carries classic frames only: `ip link set NAME type can fd on` (virtual ones: mtu 72), or send "
+             "--layout classic";
+    case ENOBUFS:
+      return "takes no frames: nobody acknowledges them, or its queue is too short (`ip link set NAME "
+             "txqueuelen 128`)";
+    default:
+      return "does not work";
+  }
+}
+
+}  // namespace tubed

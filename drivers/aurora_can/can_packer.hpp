@@ -1,0 +1,60 @@
+// The other end: measurements of a tracker into the frames of a bus.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "drivers/aurora/can_frames.hpp"
+#include "drivers/aurora/session.hpp"
+
+namespace tubed {
+
+enum class CanLayout {
+  kClassic,  ///< three frames of 8 bytes a coil
+  kFd        ///< one frame of 48 bytes a coil
+};
+
+/// One measurement as the gateway has it.
+struct CanReport {
+  aurora::CanSync sync;
+  std::array<aurora::HandleReading, aurora::kMaxCanCoils> coils;  ///< absent ones are kDisabled
+  std::array<std::uint32_t, aurora::kMaxCanCoils> serial_numbers{};
+  aurora::SystemStatus system_status;
+  std::uint16_t ports_present = 0;  ///< bit p - 1: port p
+  std::uint8_t gateway_error = 0;   ///< kCanSimulated, or 0
+};
+
+/// What `session` has just given as `frame` (Event::kMeasurement). The sessions's coil map says which coil is
+/// which. System status is not known to a session's user: 0.
+[[nodiscard]] CanReport can_report(const aurora::Session& session, const EmFrame& frame) noexcept;
+
+/// Gateway's clock of an instant, as it stands in frames: microseconds, wrapped.
+[[nodiscard]] std::uint32_t can_time_us(MonotonicTime time) noexcept;
+
+/// One thread; never allocates.
+class CanPacker {
+ public:
+  /// STATUS is sent with every so manyth measurement, four times a second; who joins waits for it.
+  static constexpr int kStatusEvery = 10;
+  static constexpr std::size_t kMostFrames = 3 + aurora::kClassicParts * aurora::kMaxCanCoils;
+
+  /// `coil_count` coils are sent, 1 to kMaxCanCoils; others are clamped to that.
+  CanPacker(CanLayout layout, int coil_count) noexcept;
+
+  /// SYNC, FOLLOW-UP, STATUS when it is due or has changed, and all coils, in the order in which they have to
+  /// be sent, at once: SYNC at `now`. Valid until the next call.
+  [[nodiscard]] std::span<const aurora::CanFrame> pack(const CanReport& report, MonotonicTime now) noexcept;
+
+ private:
+  void put(const aurora::CanFrame& frame) noexcept { frames_[count_++] = frame; }
+
+  CanLayout layout_;
+  int coil_count_;
+  std::array<aurora::CanFrame, kMostFrames> frames_;
+  std::size_t count_ = 0;
+  int since_status_ = kStatusEvery;
+  aurora::CanFrame last_status_;
+};
+
+}  // namespace tubed

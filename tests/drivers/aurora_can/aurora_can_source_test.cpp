@@ -1,0 +1,224 @@
+#include "drivers/aurora_can/aurora_can_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include "drivers/aurora_can/aurora_can_driver.hpp"
+#include "drivers/aurora_can/can_packer.hpp"
+#include "tests/drivers/aurora_can/paired_port.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+DriverSettings default_settings() {
+  std::map<std::string, SettingValue> values;
+  for (const SettingDescription& setting : aurora_can_settings()) {
+    values[setting.name] = setting.default_value;
+  }
+  return DriverSettings(std::move(values));
+}
+
+RoomDescription room_with(int sensors) {
+  InstrumentDescription catheter;
+  for (int sensor = 1; sensor <= sensors; ++sensor) {
+    catheter.coils.push_back({sensor, 10.0 * sensor, false});
+  }
+  RoomDescription room;
+  room.instruments = {catheter};
+  return room;
+}
+
+/// Three coils; coil i stands at x = 10 i mm. The n-th measurement was made 5 ms before it was sent.
+class AuroraCanSourceTest : public testing::TestWithParam<CanLayout> {
+ protected:
+  static constexpr int kCoils = 3;
+
+  void SetUp() override { ASSERT_TRUE(source.open().ok); }
+
+  static CanReport report(std::uint32_t number) {
+    CanReport made;
+    made.sync = {8 * number, can_time_us(monotonic_now() - milliseconds(5))};
+    for (int coil = 0; coil < kCoils; ++coil) {
+      aurora::HandleReading& reading = made.coils[static_cast<std::size_t>(coil)];
+      reading.report = aurora::Report::kValid;
+      reading.rotation = {1, 0, 0, 0};
+      reading.p_em_mm = {10.0 * coil, 0, -200};
+      reading.indicator = 0.01;
+      reading.port_status.bits = 0x3F;
+    }
+    return made;
+  }
+  std::vector<aurora::CanFrame> frames(const CanReport& of) {
+    const auto packed = packer.pack(of, monotonic_now());
+    return {packed.begin(), packed.end()};
+  }
+  ReadOutcome read() { return source.read(frame, at_once()); }
+  /// Until read() gives something else than kTimeout, or the time is over.
+  ReadOutcome read_for(std::chrono::nanoseconds longest) {
+    const MonotonicTime end = monotonic_now() + longest;
+    ReadOutcome outcome = ReadOutcome::kTimeout;
+    while (outcome == ReadOutcome::kTimeout && monotonic_now() < end) {
+      outcome = source.read(frame, end);
+    }
+    return outcome;
+  }
+  std::string why() {
+    source.close();
+    return source.open().why;
+  }
+  bool says(const std::string& text, const char* word) { return text.find(word) != std::string::npos; }
+
+  Bus bus;
+  AuroraCanSource source{room_with(kCoils), default_settings(), std::make_unique<PairedPort>(bus)};
+  CanPacker packer{GetParam(), kCoils};
+  EmFrame frame;
+};
+INSTANTIATE_TEST_SUITE_P(Layouts, AuroraCanSourceTest, testing::Values(CanLayout::kClassic, CanLayout::kFd));
+
+TEST_P(AuroraCanSourceTest, AMeasurementArrivesWhole) {
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.coil_count, kCoils);
+  EXPECT_EQ(frame.tracker_frame, 80U);
+  EXPECT_EQ(frame.origin, Origin::kDevice);
+  for (std::size_t i = 0; i < kCoils; ++i) {
+    EXPECT_EQ(frame.coils[i].status, CoilStatus::kOk);
+    EXPECT_NEAR(frame.coils[i].p_em_mm.x(), 10.0 * static_cast<double>(i), 1e-9);
+    EXPECT_NEAR(frame.coils[i].tangent_em.z(), 1, 1e-9);
+  }
+}
+
+TEST_P(AuroraCanSourceTest, TheTimeIsThatOfTheMeasurementNotOfItsArrival) {
+  const MonotonicTime before = monotonic_now();
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_NEAR(seconds_between(frame.measured, frame.received), 0.005, 0.005);
+  EXPECT_GE(frame.measured, before - milliseconds(6));
+  EXPECT_LE(frame.measured, monotonic_now() - milliseconds(4));
+}
+
+TEST_P(AuroraCanSourceTest, WithoutFollowUpsTheConfiguredLatencyCounts) {
+  auto sent = frames(report(10));
+  sent.erase(sent.begin() + 1);
+  bus.send(sent);
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_NEAR(seconds_between(frame.measured, frame.received), 0.025, 0.005);
+}
+
+TEST_P(AuroraCanSourceTest, ALostFrameCostsItsCoilWhichIsMissing) {
+  auto sent = frames(report(10));
+  sent.erase(sent.begin() + 3);  // of coil 0, behind SYNC, FOLLOW-UP and STATUS
+  bus.send(sent);
+  ASSERT_EQ(read_for(milliseconds(200)), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.coils[0].status, CoilStatus::kMissing);
+  EXPECT_TRUE(std::isnan(frame.coils[0].p_em_mm.x()));
+  EXPECT_EQ(frame.coils[1].status, CoilStatus::kOk);
+  EXPECT_EQ(source.assembler_counts().lost_coils, 1U);
+  EXPECT_EQ(source.assembler_counts().partial_coils, GetParam() == CanLayout::kClassic ? 1U : 0U);
+}
+
+TEST_P(AuroraCanSourceTest, ADamagedFrameIsRefusedAndItsCoilMissing) {
+  auto sent = frames(report(10));
+  sent.back().bytes[1] ^= 0x10;
+  bus.send(sent);
+  EXPECT_EQ(read(), ReadOutcome::kRefused);
+  ASSERT_EQ(read_for(milliseconds(200)), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.coils[2].status, CoilStatus::kMissing);
+  EXPECT_EQ(source.assembler_counts().bad_frames, 1U);
+}
+
+TEST_P(AuroraCanSourceTest, ARepeatedMeasurementIsNotANewOne) {
+  const auto sent = frames(report(10));
+  bus.send(sent);
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  bus.send(sent);
+  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+}
+
+TEST_P(AuroraCanSourceTest, ACoilThatLeapsIsNotBelievedAtOnce) {
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  CanReport leap = report(11);
+  leap.coils[1].p_em_mm.x() += 500;
+  bus.send(frames(leap));
+  EXPECT_EQ(read(), ReadOutcome::kRefused);
+  EXPECT_EQ(source.counts().leaps, 1U);
+}
+
+TEST_P(AuroraCanSourceTest, AnEmulatedTrackerIsSaidToBeOne) {
+  CanReport simulated = report(10);
+  simulated.gateway_error = aurora::kCanSimulated;
+  bus.send(frames(simulated));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.origin, Origin::kSimulated);
+}
+
+TEST_P(AuroraCanSourceTest, NothingIsHandedOnBeforeItsOriginIsKnown) {
+  auto first = frames(report(10));
+  first.erase(first.begin() + 2);  // STATUS
+  bus.send(first);
+  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  for (std::uint32_t number = 11; number <= 11 + CanPacker::kStatusEvery; ++number) {
+    bus.send(frames(report(number)));
+    if (read() == ReadOutcome::kFrame) {
+      return;
+    }
+  }
+  FAIL() << "STATUS was sent again, but no measurement came";
+}
+
+TEST_P(AuroraCanSourceTest, BusOffIsToldInWordsEachTimeItHappens) {
+  bus.send_error(CAN_ERR_BUSOFF);
+  ASSERT_EQ(read(), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "can0 is bus-off"));
+  EXPECT_TRUE(source.open().ok);
+  bus.send_error(CAN_ERR_BUSOFF);
+  EXPECT_EQ(read(), ReadOutcome::kTimeout) << "told twice";
+  bus.send_error(CAN_ERR_RESTARTED);
+  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  bus.send_error(CAN_ERR_BUSOFF);
+  ASSERT_EQ(read(), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "restarted 1 times"));
+  EXPECT_EQ(source.counts().bus_offs, 3U);
+  EXPECT_EQ(source.counts().restarts, 1U);
+}
+
+TEST_P(AuroraCanSourceTest, AnInterfaceThatWentDownIsFoundAgainWithoutARestart) {
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  bus.refuses_with = ENETDOWN;
+  bus.unplug();
+  ASSERT_EQ(read(), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "is not there"));
+  EXPECT_TRUE(says(why(), "can0 is down: `ip link set")) << "another reason is news";
+  ASSERT_TRUE(source.open().ok);
+  EXPECT_EQ(read_for(milliseconds(300)), ReadOutcome::kTimeout) << "the same again is no news";
+  bus.refuses_with = 0;
+  EXPECT_EQ(read_for(milliseconds(150)), ReadOutcome::kTimeout);
+  bus.send(frames(report(50)));
+  EXPECT_EQ(read(), ReadOutcome::kFrame);
+}
+
+TEST_P(AuroraCanSourceTest, SilenceIsToldAfterASecondWithWhatIsMissing) {
+  const MonotonicTime start = monotonic_now();
+  ASSERT_EQ(read_for(milliseconds(3000)), ReadOutcome::kLost);
+  EXPECT_NEAR(seconds_between(start, monotonic_now()), 1.0, 0.3);
+  EXPECT_TRUE(says(why(), "tubectl can-gateway"));
+}
+
+TEST_P(AuroraCanSourceTest, AGatewayWithFewerCoilsIsTold) {
+  CanPacker two(GetParam(), 2);
+  bus.send(two.pack(report(10), monotonic_now()));
+  ASSERT_EQ(read_for(milliseconds(200)), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "the gateway sends 2 coils, the configuration has sensors up to 3"));
+  ASSERT_TRUE(source.open().ok);
+  bus.send(two.pack(report(11), monotonic_now()));
+  ASSERT_EQ(read_for(milliseconds(200)), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.coils[2].status, CoilStatus::kMissing);
+}
+
+}  // namespace
+}  // namespace tubed
