@@ -37,7 +37,7 @@ class Figures:
 
     def machine(self, stem):
         machine = self.reports[stem]["machine"]
-        return (f"{machine['cpu']}, {machine['cores']} cores, Linux {machine['kernel']}, load {machine['load']:.1f}, "
+        return (f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']:.1f} beside it, "
                 f"revision {self.reports[stem]['git']}")
 
 
@@ -122,8 +122,9 @@ def speed_table(figures):
     lines = ["| what | peer in the same run | measured | first aim; goal | | command |", "|---|---|---|---|---|---|"]
     lines += list(speed_rows(figures))
     if "end_to_end" in figures.reports:
-        lines += ["", f"`end_to_end`: {figures.machine('end_to_end')}. \"unsteady\": the two halves of the run differ by more "
-                  "than 15 %."]
+        lines += ["", "\"unsteady\": the two halves of the run differ by more than 15 %. Measured on " +
+                  "; ".join(f"`{stem}`: {figures.machine(stem)}" for stem in
+                            ("end_to_end", "publish", "stages", "load", "soak") if stem in figures.reports) + "."]
     return "\n".join(lines)
 
 
