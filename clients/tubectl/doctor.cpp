@@ -3,9 +3,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "clients/tubectl/doctor_checks.hpp"
+#include "clients/tubectl/doctor_tracker.hpp"
 #include "clients/tubectl/verbs.hpp"
+#include "daemon/config/load_configuration.hpp"
 
 namespace tubed {
 namespace {
@@ -13,9 +17,11 @@ namespace {
 struct DoctorArguments {
   std::string configuration = "/etc/tubed/tubed.toml";
   bool as_json = false;
+  bool talk_to_tracker = false;
+  std::string trace_folder;
 };
 
-void print(const char* name, const Finding& finding) {
+void print(const std::string& name, const Finding& finding) {
   std::string label = std::string(name_of(finding.verdict)) + ":";
   label.resize(8, ' ');
   std::cout << label << name << ": " << finding.found << '\n';
@@ -24,21 +30,43 @@ void print(const char* name, const Finding& finding) {
   }
 }
 
+/// Nothing when the configuration cannot be read: that is said already.
+std::vector<NamedFinding> look_at_tracker(const DoctorArguments& arguments) {
+  try {
+    const Configuration configuration = load_configuration(arguments.configuration);
+    std::vector<NamedFinding> findings = examine_port(configuration);
+    const bool is_free = findings.empty() || findings.front().finding.verdict == Verdict::kGood;
+    if (arguments.talk_to_tracker && is_free) {
+      for (NamedFinding& one : examine_tracker(configuration, arguments.trace_folder)) {
+        findings.push_back(std::move(one));
+      }
+    }
+    return findings;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 int run_doctor(const DoctorArguments& arguments) {
   const Machine machine = this_machine(arguments.configuration);
   nlohmann::json report = nlohmann::json::array();
   bool is_wrong = false;
-  for (const DoctorCheck& check : doctor_checks()) {
-    const Finding finding = check.look(machine);
+  const auto tell = [&](const std::string& name, const Finding& finding) {
     is_wrong = is_wrong || finding.verdict == Verdict::kWrong;
     if (arguments.as_json) {
-      report.push_back({{"check", check.name},
+      report.push_back({{"check", name},
                         {"verdict", name_of(finding.verdict)},
                         {"found", finding.found},
                         {"advice", finding.advice}});
     } else {
-      print(check.name, finding);
+      print(name, finding);
     }
+  };
+  for (const DoctorCheck& check : doctor_checks()) {
+    tell(check.name, check.look(machine));
+  }
+  for (const NamedFinding& one : look_at_tracker(arguments)) {
+    tell(one.name, one.finding);
   }
   if (arguments.as_json) {
     std::cout << report.dump(2) << '\n';
@@ -54,6 +82,13 @@ CLI::App* add_doctor(CLI::App& app, int& exit_code) {
       "doctor", "Say what this machine lacks and what to do; exit 1 when something is wrong");
   verb->add_option("-c,--config", arguments->configuration, "The daemon's configuration")
       ->capture_default_str();
+  CLI::Option* tracker =
+      verb->add_flag("--tracker", arguments->talk_to_tracker,
+                     "Start the configuration's Aurora, measure for 3 s and stop it: firmware, ports, coils, "
+                     "rate, errors; not while tubed runs");
+  verb->add_option("--trace", arguments->trace_folder,
+                   "Write what went over the line into this folder: aurora-serial-request.log")
+      ->needs(tracker);
   verb->add_flag("--json", arguments->as_json, "JSON instead of lines");
   verb->callback([arguments, &exit_code] { exit_code = run_doctor(*arguments); });
   return verb;

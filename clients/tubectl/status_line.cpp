@@ -36,9 +36,13 @@ void StatusLine::add(TubeEvent event) { trouble_ = event; }
 bool StatusLine::add(const tubed_TubeStatus& status) {
   const bool is_first = stages_.empty();
   stages_.clear();
+  whys_.clear();
   const auto count = std::min<std::size_t>(status.stage_count, std::size(status.stages));
   for (std::size_t i = 0; i < count; ++i) {
     stages_[status.stages[i].name] = name_of_stage_state(status.stages[i].state);
+    if (status.stages[i].why[0] != '\0') {
+      whys_[status.stages[i].name] = status.stages[i].why;
+    }
   }
   return is_first;
 }
@@ -65,11 +69,13 @@ std::string StatusLine::text(const std::string& id) const {
   line += trouble_ ? "\"" + std::string(name_of(*trouble_)) + "\"" : reasons_.empty() ? "-" : reasons_;
   line += " rate=" + number(rate_hz(), "Hz") + " latency=" + number(latency_ms_, "ms");
   for (const auto& [stage, state] : stages_) line += " " + stage + "=" + state;
+  for (const auto& [stage, why] : whys_) line += " " + stage + "=\"" + why + "\"";
   return line;
 }
 
 nlohmann::json StatusLine::to_json(const std::string& id) const {
   nlohmann::json json{{"instrument_id", id}, {"validity", word()}, {"stages", stages_}};
+  json["why"] = whys_;
   json["reasons"] = reasons_.empty() ? nlohmann::json() : nlohmann::json(reasons_);
   json["event"] = trouble_ ? nlohmann::json(name_of(*trouble_)) : nlohmann::json();
   json["rate_hz"] = rate_hz() ? nlohmann::json(*rate_hz()) : nlohmann::json();

@@ -44,6 +44,7 @@ class StatusLine {
   std::int64_t last_received_ns_ = 0;
   std::optional<double> latency_ms_;  ///< newest measurement to here; none without one
   std::map<std::string, std::string> stages_;
+  std::map<std::string, std::string> whys_;  ///< of the stages that have something to say
 };
 
 }  // namespace tubed

@@ -6,11 +6,13 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "daemon/pipeline/doorbell.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
 #include "daemon/pipeline/stage.hpp"
+#include "drivers/interface/remark.hpp"
 #include "drivers/interface/source.hpp"
 
 namespace tubed {
@@ -22,6 +24,7 @@ class SourceSession {
  public:
   SourceSession(std::unique_ptr<Source> source, const PipelineSettings& settings)
       : source_(std::move(source)),
+        remarks_(dynamic_cast<HasRemark*>(source_.get())),
         first_back_off_(to_duration(settings.reconnect_first_ms)),
         last_back_off_(to_duration(settings.reconnect_last_ms)),
         back_off_(first_back_off_) {}
@@ -44,7 +47,7 @@ class SourceSession {
       case ReadOutcome::kFrame:
         state_ = StageState::kRunning;
         back_off_ = first_back_off_;
-        why_[0] = '\0';
+        say_remark();
         return true;
       case ReadOutcome::kTimeout:
         break;
@@ -111,9 +114,16 @@ class SourceSession {
     back_off_ = std::min(2 * back_off_, last_back_off_);
   }
 
+  // A source may run and yet lack something.
+  void say_remark() noexcept {
+    const std::string_view remark = remarks_ == nullptr ? std::string_view() : remarks_->remark();
+    std::snprintf(why_.data(), why_.size(), "%.*s", static_cast<int>(remark.size()), remark.data());
+  }
+
   void say(const char* why) noexcept { std::snprintf(why_.data(), why_.size(), "%s", why); }
 
   std::unique_ptr<Source> source_;
+  HasRemark* remarks_;  ///< the same object, when it has something to say
   std::chrono::nanoseconds first_back_off_;
   std::chrono::nanoseconds last_back_off_;
   std::chrono::nanoseconds back_off_;

@@ -326,6 +326,16 @@ bool Poller::believable_number(std::uint32_t number, MonotonicTime now) noexcept
   return false;
 }
 
+bool Poller::has_lost(std::uint8_t handle) const noexcept {
+  for (std::size_t i = 0; i < handle_count_; ++i) {
+    const Report report = newest_[i].report;
+    if (tracked_[i].handle == handle) {
+      return report == Report::kDisabled || report == Report::kUnoccupied;
+    }
+  }
+  return false;
+}
+
 void Poller::look_at_ports(MonotonicTime now) noexcept {
   bool absent = coil_absent_;
   for (std::size_t i = 0; i < handle_count_; ++i) {

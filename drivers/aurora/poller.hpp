@@ -64,6 +64,8 @@ class Poller {
   [[nodiscard]] const FrameClock& clock() const noexcept { return clock_; }
   /// Binary replies are not to be had: text is used.
   [[nodiscard]] bool uses_text() const noexcept { return text_mode_; }
+  /// The newest reply says that the tool of `handle` was pulled out.
+  [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept;
   /// Newest status that a reply had of the handle at `index` of start().
   [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept { return newest_[index]; }
 

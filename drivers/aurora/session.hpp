@@ -64,6 +64,9 @@ class Session {
   [[nodiscard]] int baud() const noexcept { return exchange_.baud(); }
   /// What is plugged in, as of the last look.
   [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return ports_.found(); }
+  /// Which coils of the configuration are not plugged in, or cannot be used, in words; empty when none is.
+  /// Also those pulled while tracking.
+  [[nodiscard]] Problem missing() const noexcept;
   [[nodiscard]] const CoilMap& coils() const noexcept { return coils_; }
   [[nodiscard]] const SessionCounts& counts() const noexcept { return counts_; }
   [[nodiscard]] const Poller& poller() const noexcept { return poller_; }

@@ -144,27 +144,35 @@ void Session::out_of_order(Phase phase) noexcept {
   halt_then(phase);
 }
 
-void Session::ports_done() noexcept {
-  detours_ = 0;
+// While tracking a tool may have been pulled; what was found is from before.
+Problem Session::missing() const noexcept {
   std::array<CoilPlug, kMaxHandles> usable{};
   std::size_t count = 0;
-  bool any = false;
   for (const FoundCoil& coil : ports_.found()) {
-    if (coil.usable) {
+    const bool is_pulled = phase_ == Phase::kTrack && poller_.has_lost(coil.handle);
+    if (coil.usable && !is_pulled) {
       usable[count++] = coil.plug;
-      any |= coils_.coil_at(coil.plug).has_value();
     }
   }
-  Problem missing = describe_missing(coils_, std::span(usable).first(count));
+  Problem words = describe_missing(coils_, std::span(usable).first(count));
   for (const FoundCoil& coil : ports_.found()) {
     if (!coil.usable && coil.error_code != 0) {
-      (missing << "; port " << coil.plug.port << ": ERROR").hex(coil.error_code);
+      (words << "; port " << coil.plug.port << ": ERROR").hex(coil.error_code);
     }
   }
-  if (!missing.empty() && !(missing == last_missing_)) {
-    complain(missing);
+  return words;
+}
+
+void Session::ports_done() noexcept {
+  detours_ = 0;
+  const bool any = std::any_of(ports_.found().begin(), ports_.found().end(), [this](const FoundCoil& coil) {
+    return coil.usable && coils_.coil_at(coil.plug).has_value();
+  });
+  const Problem words = missing();
+  if (!words.empty() && !(words == last_missing_)) {
+    complain(words);
   }
-  last_missing_ = missing;
+  last_missing_ = words;
   if (any) {
     enter(Phase::kStart);
   } else {

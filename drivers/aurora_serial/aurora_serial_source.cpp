@@ -127,6 +127,11 @@ ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noe
   return tell(aurora::Problem(port_.path()) << " has gone: its cable was pulled or its driver has failed");
 }
 
+std::string_view AuroraSerialSource::remark() noexcept {
+  remark_ = session_->missing();
+  return remark_.text();
+}
+
 ReadOutcome AuroraSerialSource::tell(const aurora::Problem& problem) noexcept {
   traces_.write(session_->exchange().trace(), about_);
   if (problem == told_) {

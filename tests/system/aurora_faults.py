@@ -50,9 +50,11 @@ class Room:
             text += (f"[[instrument.coil]]\nsensor = {sensor}\noffset_from_tip_mm = {offset_mm}\n"
                      f"port = {(sensor + 1) // 2}\nchannel = {(sensor + 1) % 2}\n")
         self.text = text
+        self.file = bed.write("emulated.toml", text)
         self.subscriber = bed.subscribe(prefix=real_time())
         self.tracker = None
         self.daemon = None
+        self.sample_count, self.sample_time_s = 0, 0.0
         self.gaps_ms = []  # longest time without a sample, in each interruption
 
     def start_daemon(self):
@@ -62,9 +64,9 @@ class Room:
         self.daemon.stop()
         self.bed.daemons.remove(self.daemon)
 
-    def switch_on(self):
+    def switch_on(self, *options):
         """Starts the emulated tracker; CLOCK_MONOTONIC (ns) at which its port is there."""
-        command = [*real_time(), self.bed.program("tubectl"), "aurora-emulator", "--link", str(self.port), "--control", str(self.control)]
+        command = [*real_time(), self.bed.program("tubectl"), "aurora-emulator", "--link", str(self.port), "--control", str(self.control), *options]
         self.tracker = beds.Daemon(command, self.bed.folder / "tubed-tracker.log")
         self.bed.daemons.append(self.tracker)
         until = time.monotonic() + 5
@@ -93,21 +95,21 @@ class Room:
             lambda s: wanted(s) and s["stamps"]["em_measured_monotonic_ns"] > since_ns, "VALID shape", timeout_s, since_ns).json
 
     def judge_samples(self, since_ns, until_ns):
-        """30 Hz throughout, and no measurement older than 100 ms at its sample's instant without a word."""
+        """Counts them, and no measurement older than 100 ms at its sample's instant without a word."""
         samples = [s for s in self.subscriber.samples(since_ns) if s["received_monotonic_ns"] <= until_ns]
         for sample in samples:
             age_ns = sample["em_age_ns"] - (sample["image_age_ns"] if sample["is_image_instant"] else 0)
             check("EM_STALE" in reasons_of(sample) or milliseconds(age_ns) <= FLAGGED_WITHIN_MS,
                   f"a measurement {milliseconds(age_ns):.1f} ms old, reasons {sample['reason_names']}")
             check("EM_STALE" not in reasons_of(sample) or not is_valid(sample), "EM_STALE and yet VALID")
-        if len(samples) > 10:
+        if len(samples) > 1:
             self.gaps_ms.append(beds.longest_gap_ms(samples))
-            rate = beds.rate_hz(samples)
-            check(29 <= rate <= 33, f"{rate:.1f} Hz")
+            self.sample_count += len(samples) - 1
+            self.sample_time_s += (samples[-1]["received_monotonic_ns"] - samples[0]["received_monotonic_ns"]) * 1e-9
 
     def ready(self):
         """Tracks, and has for a while."""
-        self.valid(time.monotonic_ns(), 8)
+        self.valid(time.monotonic_ns(), 20)
         time.sleep(random.uniform(0.4, 0.8))
         self.subscriber.forget()
 
@@ -124,7 +126,8 @@ def judge(room, what, flagged_ms, valid_s, tracker_s):
     """Prints the figures of all repetitions, and fails when one is too late."""
     if room.gaps_ms:
         say(f"{what:12} {'without a sample':18} p50 {sorted(room.gaps_ms)[len(room.gaps_ms) // 2]:5.0f} ms, longest "
-            f"{max(room.gaps_ms):5.0f} ms")
+            f"{max(room.gaps_ms):5.0f} ms; {room.sample_count / room.sample_time_s:.2f} Hz throughout")
+        check(29 <= room.sample_count / room.sample_time_s <= 32, "not 30 Hz")
         check(sorted(room.gaps_ms)[len(room.gaps_ms) // 2] < 100, "mostly more than 100 ms without a sample")
     for name, values, limit in (("flagged after", flagged_ms, FLAGGED_WITHIN_MS),
                                 ("valid again after", [1e3 * v for v in valid_s], 1e3 * (tracker_s + VALID_WITHIN_S))):
@@ -201,7 +204,7 @@ def an_aurora_that_comes_after_the_daemon_is_valid_in_a_second(bed):
     for _ in range(REPETITIONS):
         room.start_daemon()
         since_ns = time.monotonic_ns()
-        first = room.subscriber.wait_for(lambda s: "validity_name" in s, "sample without a tracker", 5, since_ns).json
+        first = room.subscriber.wait_for(lambda s: "validity_name" in s, "sample without a tracker", 20, since_ns).json
         check(not is_valid(first), f"{first['validity_name']} without a tracker")
         time.sleep(random.uniform(0, 6))
         on_ns = room.switch_on()

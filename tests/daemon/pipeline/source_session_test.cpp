@@ -34,6 +34,34 @@ TEST(SourceSession, OpensTheSourceAndHandsOnItsFrames) {
   EXPECT_EQ(report_of(session).state, StageState::kRunning);
 }
 
+/// Runs, but lacks a coil until its third frame.
+class EmSourceThatLacksACoil final : public EmSource, public HasRemark {
+ public:
+  OpenResult open() override { return {true, {}}; }
+  ReadOutcome read(EmFrame& /*frame*/, MonotonicTime /*deadline*/) noexcept override {
+    ++frames_;
+    return ReadOutcome::kFrame;
+  }
+  std::string_view remark() noexcept override { return frames_ < 3 ? "not plugged in: sensor 2" : ""; }
+  void close() noexcept override {}
+
+ private:
+  int frames_ = 0;
+};
+
+TEST(SourceSession, SaysWhatARunningSourceLacksForAsLongAsItDoes) {
+  FakeClock clock;
+  Session session(std::make_unique<EmSourceThatLacksACoil>(), quick());
+  EmFrame frame;
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(session.read(frame, clock));
+    EXPECT_EQ(report_of(session).state, StageState::kRunning);
+    EXPECT_STREQ(report_of(session).why.data(), "not plugged in: sensor 2");
+  }
+  EXPECT_TRUE(session.read(frame, clock));
+  EXPECT_STREQ(report_of(session).why.data(), "");
+}
+
 TEST(SourceSession, ATrackerThatIsAbsentIsTriedAgainAfterADoublingBackOff) {
   FakeClock clock;
   FakeEmSource::Log log;

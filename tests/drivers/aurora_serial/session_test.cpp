@@ -194,6 +194,9 @@ TEST(Session, GoesOnWithTheOthersWhenAPlugIsPulled) {
   bench.run_for(milliseconds(100));
   EXPECT_EQ(bench.status(3), CoilStatus::kDisabled);
   EXPECT_EQ(bench.status(4), CoilStatus::kDisabled);
+  EXPECT_EQ(bench.session.missing().text(),
+            "not plugged in or not usable: sensor 3 (port 2 channel 0), sensor 4 (port 2 channel 1); nothing "
+            "else is plugged in");
   EXPECT_EQ(bench.coils_seen(), 3);
   bench.run_for(seconds(10));
   EXPECT_NEAR(static_cast<double>(bench.measurements - before), 404, 2);
@@ -215,6 +218,7 @@ TEST(Session, TakesAPlugThatIsPutInAgain) {
     // TSTOP 0.34 s, PINIT 0.14 s, TSTART 0.2 s, and the questions between.
     EXPECT_LT(seconds_between(plugged_in, bench.line.time), 1.2) << i;
     EXPECT_EQ(bench.wrong, 0U);
+    EXPECT_TRUE(bench.session.missing().empty());
   }
 }
 

@@ -1,0 +1,67 @@
+"""tubectl doctor on a tracker: an emulated Aurora at a pseudo-terminal."""
+import json
+import pathlib
+
+import bed as beds
+from aurora_faults import Room
+from bed import check, say
+
+
+def findings_of(room, *options):
+    done = room.bed.tubectl("doctor", "--config", str(room.file), "--json", *options)
+    say(done.stderr)
+    return {one["check"]: one for one in json.loads(done.stdout)}
+
+
+def the_doctor_says_what_an_aurora_has(bed):
+    room = Room(bed)
+    room.switch_on()
+    traces = bed.folder / "traces"
+    traces.mkdir()
+    found = findings_of(room, "--tracker", "--trace", str(traces))
+    for name in ("tracker port", "tracker", "coils", "positions", "tracker rate", "tracker line", "trace"):
+        check(name in found, f"nothing about {name}: {sorted(found)}")
+        say(f"{name}: {found[name]['verdict']}: {found[name]['found']}")
+    check("AURORA Rev 008" in found["tracker"]["found"], found["tracker"])
+    check("115200 baud" in found["tracker"]["found"], found["tracker"])
+    check("port 3 channel 0: sensor 5" in found["coils"]["found"], found["coils"])
+    check(found["coils"]["verdict"] == "good", found["coils"])
+    log = pathlib.Path(traces / "aurora-serial-request.log").read_text(encoding="ascii")
+    check(log.startswith("tubed wire log 1\n") and "> TSTART:" in log, "the trace is not one")
+
+
+def the_doctor_names_a_missing_coil_and_a_missing_port(bed):
+    room = Room(bed)
+    absent = findings_of(room, "--tracker")
+    check(absent["tracker port"]["verdict"] == "WRONG" and "is not there" in absent["tracker port"]["found"], absent)
+    check("tracker" not in absent, "somebody talked through a port that is not there")
+    room.switch_on()
+    room.tell("unplug 2")
+    found = findings_of(room, "--tracker")
+    say(found["coils"]["found"])
+    check(found["coils"]["verdict"] == "WRONG", found["coils"])
+    for words in ("sensor 3 (port 2 channel 0)", "sensor 4 (port 2 channel 1)"):
+        check(words in found["coils"]["found"], f"{words} is not said: {found['coils']}")
+
+
+def a_missing_coil_is_told_as_long_as_it_is_missing(bed):
+    room = Room(bed)
+    room.switch_on()
+    room.start_daemon()
+    status = bed.subscribe("--topic", "status")
+
+    def why(sample):
+        return " ".join(stage["why"] for stage in sample["stages"] if stage["name"] == "em")
+
+    room.subscriber.wait_for(beds.is_valid, "VALID shape", 10)
+    out_ns = room.tell("unplug 2")
+    said = status.wait_for(lambda s: "sensor 3" in why(s), "word of sensor 3", 3, out_ns)
+    say(why(said.json))
+    status.wait_for(lambda s: "sensor 3" in why(s), "word of sensor 3 two seconds later", 4, said.read_ns + 2 * 10**9)
+    in_ns = room.tell("plug 2")
+    status.wait_for(lambda s: why(s) == "", "end of it", 6, in_ns)
+
+
+if __name__ == "__main__":
+    beds.main(the_doctor_says_what_an_aurora_has, the_doctor_names_a_missing_coil_and_a_missing_port,
+              a_missing_coil_is_told_as_long_as_it_is_missing)
