@@ -20,6 +20,7 @@ CLI::App* add_demo(CLI::App& app, int& exit_code);
 CLI::App* add_simulate(CLI::App& app, int& exit_code);
 CLI::App* add_radiograph(CLI::App& app, int& exit_code);
 CLI::App* add_aurora_emulator(CLI::App& app, int& exit_code);
+CLI::App* add_can_gateway(CLI::App& app, int& exit_code);
 CLI::App* add_echo(CLI::App& app, int& exit_code);
 CLI::App* add_stat(CLI::App& app, int& exit_code);
 CLI::App* add_latency(CLI::App& app, int& exit_code);

@@ -1,0 +1,222 @@
+// tubectl can-gateway: reads an NDI Aurora at a serial port and sends what it measures on a CAN bus.
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "clients/tubectl/verbs.hpp"
+#include "drivers/aurora/session.hpp"
+#include "drivers/aurora_can/bus_load.hpp"
+#include "drivers/aurora_can/can_packer.hpp"
+#include "drivers/aurora_can/can_port.hpp"
+#include "drivers/aurora_serial/serial_port.hpp"
+#include "drivers/interface/monotonic_clock.hpp"
+
+namespace tubed {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSlice{50};
+constexpr milliseconds kBetweenTries{100};
+/// A measurement that the bus does not take within this is old.
+constexpr milliseconds kPatienceOfBus{20};
+
+volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
+
+struct GatewayOptions {
+  std::string serial;
+  std::string interface;
+  CanLayout layout = CanLayout::kFd;
+  std::string baud = "115200";
+  std::vector<std::string> coils = {"1.0", "1.1", "2.0", "2.1", "3.0"};
+  double seconds = 0;
+  bool print_bus_load = false;
+};
+
+aurora::CoilMap coil_map(const std::vector<std::string>& coils) {
+  aurora::CoilMap map;
+  int sensor = 0;
+  for (const std::string& text : coils) {
+    int port = 0;
+    int channel = 0;
+    char rest = 0;
+    if (std::sscanf(text.c_str(), "%2d.%1d%c", &port, &channel, &rest) != 2 || port < 1 || channel < 0 ||
+        channel > 1 || map.coil_at({port, channel}) || ++sensor > aurora::kMaxCanCoils) {
+      throw std::runtime_error("--coils: '" + text +
+                               "' is no PORT.CHANNEL, as 1.0 or 1.1, is there twice, or is the 17th coil");
+    }
+    map.place(sensor, {port, channel});
+  }
+  return map;
+}
+
+/// Says what is wrong once, until something else is.
+class Complaints {
+ public:
+  void say(const std::string& what) {
+    if (what != said_) {
+      said_ = what;
+      std::cerr << "tubectl can-gateway: " << what << '\n';
+    }
+  }
+  void all_is_well() { said_.clear(); }
+
+ private:
+  std::string said_;
+};
+
+/// One thread: tracker in, frames out; either end may come and go.
+class CanGateway {
+ public:
+  explicit CanGateway(const GatewayOptions& options)
+      : map_(coil_map(options.coils)),
+        serial_(options.serial),
+        bus_(options.interface, options.layout == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic),
+        session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_, {}),
+        packer_(options.layout, map_.coil_count()) {}
+
+  void run(MonotonicTime end) {
+    while (interrupted == 0 && monotonic_now() < end) {
+      step();
+    }
+    if (serial_.is_open()) {
+      session_.close();
+    }
+    std::fprintf(stderr, "%llu measurements sent, %llu not\n", static_cast<unsigned long long>(sent_),
+                 static_cast<unsigned long long>(failed_));
+  }
+
+ private:
+  void step() {
+    if (!serial_.is_open()) {
+      const int error = serial_.open();
+      if (error != 0) {
+        trouble_.say(serial_.path() + " " + std::string(describe_open_error(error)));
+        sleep_until(monotonic_now() + kBetweenTries, MonotonicTime::max());
+        return;
+      }
+      session_.attach(serial_);
+    }
+    switch (session_.run(monotonic_now() + kSlice, frame_)) {
+      case aurora::Session::Event::kMeasurement:
+        trouble_.all_is_well();
+        send();
+        break;
+      case aurora::Session::Event::kProblem:
+        trouble_.say(std::string(session_.problem().text()));
+        break;
+      case aurora::Session::Event::kGone:
+        trouble_.say(serial_.path() + " has gone");
+        serial_.close();
+        break;
+      case aurora::Session::Event::kQuiet:
+      case aurora::Session::Event::kRefused:
+        break;
+    }
+  }
+
+  void send() {
+    const MonotonicTime now = monotonic_now();
+    int error = bus_.open();
+    const MonotonicTime until = now + kPatienceOfBus;
+    for (const aurora::CanFrame& frame : packer_.pack(can_report(session_, frame_), now)) {
+      error = error == 0 ? bus_.write(frame, until) : error;
+    }
+    ++(error == 0 ? sent_ : failed_);
+    if (error == 0) {
+      bus_trouble_.all_is_well();
+      return;
+    }
+    bus_trouble_.say(std::string(bus_.name()) + " " + std::string(describe_can_error(error)));
+    if (error != ENOBUFS) {
+      bus_.close();
+    }
+  }
+
+  aurora::CoilMap map_;
+  SerialPort serial_;
+  CanInterface bus_;
+  aurora::Session session_;
+  CanPacker packer_;
+  EmFrame frame_;
+  Complaints trouble_;
+  Complaints bus_trouble_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t failed_ = 0;
+};
+
+/// Measurements at 40 Hz, each with its STATUS: a little more than is sent.
+void print_bus_load() {
+  constexpr double kMeasurementsPerSecond = 40;
+  struct Row {
+    const char* name;
+    CanLayout layout;
+    CanRates rates;
+  };
+  const std::vector<Row> rows = {{"classic, 500 kbit/s", CanLayout::kClassic, {500e3, 500e3}},
+                                 {"classic, 1 Mbit/s", CanLayout::kClassic, {1e6, 1e6}},
+                                 {"CAN FD, 500 kbit/s and 2 Mbit/s", CanLayout::kFd, {500e3, 2e6}},
+                                 {"CAN FD, 1 and 5 Mbit/s", CanLayout::kFd, {1e6, 5e6}}};
+  std::printf("| bus, at the most | 5 coils | | 8 coils | |\n|---|---|---|---|---|\n");
+  for (const Row& row : rows) {
+    std::printf("| %s |", row.name);
+    for (const int coils : {5, 8}) {
+      CanPacker packer(row.layout, coils);
+      const double busy_s = bus_seconds(packer.pack({}, {}), row.rates);
+      std::printf(" %.1f %% | %.1f ms |", 100 * kMeasurementsPerSecond * busy_s, 1e3 * busy_s);
+    }
+    std::printf("\n");
+  }
+}
+
+int run_gateway(const GatewayOptions& options) {
+  if (options.print_bus_load) {
+    print_bus_load();
+    return kExitOk;
+  }
+  if (options.serial.empty() || options.interface.empty()) {
+    std::cerr << "tubectl can-gateway: --serial and --can are needed\n";
+    return kExitUsage;
+  }
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  CanGateway gateway(options);
+  gateway.run(options.seconds > 0 ? monotonic_now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                                          std::chrono::duration<double>(options.seconds))
+                                  : MonotonicTime::max());
+  return kExitOk;
+}
+
+}  // namespace
+
+CLI::App* add_can_gateway(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<GatewayOptions>();
+  CLI::App* verb = app.add_subcommand(
+      "can-gateway", "Read an NDI Aurora at a serial port and send its measurements on a CAN bus");
+  verb->add_option("--serial", options->serial, "Port of the tracker");
+  verb->add_option("--can", options->interface, "CAN interface, as can0");
+  verb->add_option("--layout", options->layout, "classic: frames of 8 bytes; fd: of 48, needs CAN FD")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, CanLayout>{{"classic", CanLayout::kClassic}, {"fd", CanLayout::kFd}}))
+      ->default_str("fd");
+  verb->add_option("--baud", options->baud, "Rate of the serial line while tracking")
+      ->check(CLI::IsMember({"9600", "14400", "19200", "38400", "57600", "115200", "230400", "921600"}))
+      ->capture_default_str();
+  verb->add_option("--coils", options->coils,
+                   "PORT.CHANNEL of coil 0, 1, ...: sensor 1, 2, ... of the daemon")
+      ->delimiter(',')
+      ->default_str("1.0,1.1,2.0,2.1,3.0");
+  verb->add_option("--seconds", options->seconds, "End after so long; default: at Ctrl-C")
+      ->check(CLI::Range(0.0, 1e7));
+  verb->add_flag("--bus-load", options->print_bus_load, "Print how busy the bus is, and end");
+  verb->callback([options, &exit_code] { exit_code = run_gateway(*options); });
+  return verb;
+}
+
+}  // namespace tubed
