@@ -72,7 +72,8 @@ TEST_P(SessionUnderFaults, AcceptsNoWrongPoseAndLosesNoMoreThanTheFaultTakes) {
   if (probability < 0.05 && replies_a_case() <= 100'000) {  // in a million three come in a row
     EXPECT_LE(bench.longest_gap_frames, fault.longest_gap);
   }
-  EXPECT_LE(bench.most_replies_to_resynchronise, fault.replies_to_resynchronise);
+  const std::uint64_t resynchronised = fault.replies_to_resynchronise + (probability < 0.05 ? 0U : 1U);
+  EXPECT_LE(bench.most_replies_to_resynchronise, resynchronised);
 }
 
 std::string case_name(Fault fault, double probability) {
