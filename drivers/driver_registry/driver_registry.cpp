@@ -44,15 +44,14 @@ DriverDescription aurora_serial() {
 }
 
 DriverDescription aurora_can() {
-  DriverDescription driver{
-      "aurora-can",
-      "an NDI Aurora behind a gateway on a CAN bus, em.device",
-      Origin::kDevice,
-      aurora_can_settings(),
-      [](const SourceContext& context) {
-        return make_aurora_can_em_source(context.room, context.settings, context.device);
-      },
-      {}};
+  DriverDescription driver{"aurora-can",
+                           "an NDI Aurora behind a gateway on a CAN bus, em.device",
+                           Origin::kDevice,
+                           aurora_can_settings(),
+                           [](const SourceContext& context) {
+                             return make_aurora_can_em_source(context.room, context.settings, context.device);
+                           },
+                           {}};
   driver.needs_device = true;
   return driver;
 }
@@ -101,7 +100,8 @@ DriverDescription simulation() {
 }  // namespace
 
 const std::vector<DriverDescription>& drivers() {
-  static const std::vector<DriverDescription> all = {aurora_serial(), aurora_can(), replay(), image_shm(), simulation()};
+  static const std::vector<DriverDescription> all = {aurora_serial(), aurora_can(), replay(), image_shm(),
+                                                     simulation()};
   return all;
 }
 
