@@ -30,8 +30,8 @@ struct Findings {
 /// Clears what each estimate begins with: reasons, image figures, iterations.
 void begin_report(const Observation& observation, TubeEstimate& estimate);
 
-/// Is `frame`, the newest measurement until observation.instant, too old for that instant, or are measurements
-/// missing until now (see EmPatience)? True for nullptr.
+/// Is `frame`, the newest measurement until observation.instant, too old for that instant, or are
+/// measurements missing until now (see EmPatience)? True for nullptr.
 bool is_stale(const EmFrame* frame, const Observation& observation, const EstimatorSettings& settings);
 
 /// Fills valid_time_ns, radius, length, points, coefficients.
