@@ -37,11 +37,12 @@ def a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed(be
     with open(bed.folder / "filter.csv", encoding="utf-8", newline="") as rows:
         check({row["frame"] for row in csv.DictReader(rows)} == frames, "not every exposure was reconstructed")
     done = bed.tubectl("evaluate", str(folder), "--em", str(bed.folder / "em.csv"), "--fused",
-                       str(bed.folder / "filter.csv"), "--in-view", "--json")
+                       str(bed.folder / "filter.csv"), "--in-view", "--json", "-")
     check(done.returncode == 0, f"tubectl evaluate exits {done.returncode}: {done.stderr}")
-    figures = json.loads(done.stdout)
-    rms = next(row for row in figures["metrics"] if row["name"] == "rms_mm") if "metrics" in figures else figures
-    say(json.dumps(rms)[:300])
+    metrics = json.loads(done.stdout)["comparison"]["metrics"]
+    across = {method: metrics["x RMS"][f"{method}_mm"]["median"] for method in ("em", "fused")}
+    say(f"across the view, mm: {across}")
+    check(across["fused"] < 0.5 * across["em"], f"images do not help: {across}")
     check(len(frames) >= 8, f"only {len(frames)} exposures")
 
 
