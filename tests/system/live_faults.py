@@ -60,13 +60,13 @@ def no_fault_of_a_live_tracker_is_taken_for_a_measurement(bed):
             time.sleep(0.3)  # what was on the way
             table.append((fault, probability, (until_ns - since_ns) * 1e-9, measurements.samples(since_ns)))
     reported = truth_of(truth)
+    newest = max(reported)  # the log is written in blocks: the last measurement may be cut, later ones are not there yet
     wrong = 0
     taken = 0
     for fault, probability, seconds, samples in table:
-        unknown = [s for s in samples if s["tracker_frame"] not in reported]
-        bad = [s for s in samples if s["tracker_frame"] in reported and not is_as_reported(s, reported[s["tracker_frame"]])]
-        newest = max(reported)
-        unknown = [s for s in unknown if s["tracker_frame"] <= newest]  # the log is written in blocks
+        judged = [s for s in samples if s["tracker_frame"] < newest]
+        unknown = [s for s in judged if s["tracker_frame"] not in reported]
+        bad = [s for s in judged if s["tracker_frame"] in reported and not is_as_reported(s, reported[s["tracker_frame"]])]
         steps = [(b["tracker_frame"] - a["tracker_frame"]) // 8 for a, b in zip(samples, samples[1:])]
         check(all(step > 0 for step in steps), f"{fault}: frame numbers that do not grow")
         lost = sum(step - 1 for step in steps)
