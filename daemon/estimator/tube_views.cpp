@@ -9,26 +9,20 @@ namespace tubed {
 
 namespace {
 
-constexpr double kLineSpacing_mm = 2.0;
-constexpr double kTransition_px = 0.7;  // change of the offset from one line to the next
-constexpr double kViewMargin_px = 3.0;  // lines whose base is nearer to the border are not searched
-constexpr double kShortest_px_per_mm =
-    0.2;                                  // a tube running straight toward the source has no side to look to
-constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
-constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a round finds nothing
-constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
-constexpr int kEndDirection = 3;          // lines over which the tip's direction is taken
-constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
-constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
+constexpr double kShortest_px_per_mm = 0.2;  // below, the tip points at the source and has no direction
+constexpr int kFewestLines = 10;             // with fewer lines in view an image says nothing
+constexpr double kFewestAgreeing = 0.5;      // share of the lines without which a round finds nothing
+constexpr int kEndInside = 12;               // lines of the tip that must be in view to look for its end
+constexpr int kEndDirection = 3;             // lines over which the tip's direction is taken
+constexpr int kEndOutside_px = 20;           // how far beyond the expected tip is looked
+constexpr double kSigmaEnd_px = 3.0;         // of the end beside its own variance
+constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line loses its worth
 
 }  // namespace
 
 TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                      const RoomDescription& room)
-    : settings_(settings) {
-  line_count_ = std::min(LineSearch::kMaxLines, static_cast<int>(instrument.length_mm / kLineSpacing_mm) + 1);
-  line_spacing_mm_ = instrument.length_mm / (line_count_ - 1);
+    : settings_(settings), layout_(instrument.length_mm), radius_mm_(instrument.diameter_mm / 2) {
   for (const CameraCalibration& calibration : room.cameras) {
     views_.push_back(View{Camera(calibration)});
   }
@@ -46,7 +40,7 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
       continue;
     }
     View& view = views_[v];
-    measure_view(*image, view, project_lines(view, spline, C), reach_px);
+    measure_view(*image, view, project_lines(view.camera, spline, C, layout_, radius_mm_, lines_), reach_px);
     looked = true;
     estimate.has_image = estimate.has_image || view.count > 0;
     estimate.image_inlier_ratio =
@@ -56,46 +50,27 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
   return looked;
 }
 
-int TubeViews::project_lines(const View& view, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C) {
-  int in_view = 0;
-  for (int i = 0; i < line_count_; ++i) {
-    CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
-    const CubicBasis basis = spline.basis(i * line_spacing_mm_);
-    const auto projection = view.camera.project(combine(C, basis.first, basis.value));
-    line.in_view = projection && view.camera.contains(projection->p_image_px, kViewMargin_px);
-    if (!line.in_view) {
-      continue;
-    }
-    const Eigen::Vector2d along = projection->J_image_world * combine(C, basis.first, basis.first_derivative);
-    const double length = along.norm();
-    line.in_view = length > kShortest_px_per_mm;
-    line.base_px = projection->p_image_px;
-    line.normal = Eigen::Vector2d(-along.y(), along.x()) / std::max(length, 1e-9);
-    in_view += line.in_view ? 1 : 0;
-  }
-  return in_view;
-}
-
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px) {
   view.count = 0;
   view.exposure = image.exposure;
-  view.in_view_ratio = static_cast<double>(in_view) / line_count_;
+  view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
   view.inlier_ratio = 0;
   if (in_view < kFewestLines) {
     return;
   }
-  const LineSearch::Outcome outcome = search_.search(image, lines_, line_count_, reach_px, kTransition_px);
+  const LineSearch::Outcome outcome =
+      search_.search(image, lines_, layout_.count, reach_px, kLineTransition_px);
   view.inlier_ratio = outcome.inlier_ratio;
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
-  for (int i = 0; i < line_count_; ++i) {
+  for (int i = 0; i < layout_.count; ++i) {
     const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
     if (line.in_view) {
       const double variance =
           (line.variance_px2 + settings_.sigma_image_px * settings_.sigma_image_px) * settings_.image_temper;
       view.measured[static_cast<std::size_t>(view.count++)] = {
-          i * line_spacing_mm_, line.base_px + line.offset_px * line.normal, line.normal, variance};
+          layout_.s_mm(i), line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
   }
   measure_end(image, view, outcome.ridge_height);
@@ -104,7 +79,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
 // The lines say where the tube is across itself only; where its tip ends says where it is along itself.
 void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height) {
   int inside = 0;
-  while (inside < kEndInside && inside < line_count_ && lines_[static_cast<std::size_t>(inside)].in_view) {
+  while (inside < kEndInside && inside < layout_.count && lines_[static_cast<std::size_t>(inside)].in_view) {
     ++inside;
   }
   if (inside < kEndInside) {
@@ -117,7 +92,7 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
   const Eigen::Vector2d tip_px = found(0);
   Eigen::Vector2d outward = tip_px - found(kEndDirection);
   const double spacing_px = (tip_px - found(1)).norm();
-  if (!(spacing_px > kShortest_px_per_mm * line_spacing_mm_)) {
+  if (!(spacing_px > kShortest_px_per_mm * layout_.spacing_mm)) {
     return;
   }
   outward.normalize();

@@ -7,7 +7,7 @@
 
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/tube_map.hpp"
-#include "daemon/image/correspondence_lines.hpp"
+#include "daemon/image/projected_lines.hpp"
 
 namespace tubed {
 
@@ -39,8 +39,7 @@ class TubeViews {
   void forget();
 
  private:
-  using Lines = std::array<CorrespondenceLine, LineSearch::kMaxLines>;
-  using Constraints = std::array<LineConstraint, LineSearch::kMaxLines>;
+  using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + 1>;  ///< all lines and the end
 
   struct View {
     Camera camera;
@@ -52,7 +51,6 @@ class TubeViews {
     double in_view_ratio = 0;
   };
 
-  int project_lines(const View& view, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height);
 
@@ -60,9 +58,9 @@ class TubeViews {
   std::vector<View> views_;
   std::array<ViewConstraints, kMaxCameras> gathered_{};
   LineSearch search_;
-  Lines lines_{};
-  int line_count_;
-  double line_spacing_mm_;
+  CorrespondenceLines lines_{};
+  LineLayout layout_;
+  double radius_mm_;
 };
 
 }  // namespace tubed

@@ -1,0 +1,71 @@
+#include "daemon/image/projected_lines.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+namespace tubed {
+namespace {
+
+constexpr double kLength_mm = 100;
+constexpr double kRadius_mm = 1.5;
+
+/// Looks along z from 1000 mm: 2 px a mm, world (0, 0) at pixel (100, 150).
+Camera camera_above() {
+  CameraCalibration calibration;
+  calibration.width = 200;
+  calibration.height = 300;
+  calibration.fx = calibration.fy = 2000;
+  calibration.cx = 100;
+  calibration.cy = 150;
+  calibration.T_camera_world.translation().z() = 1000;
+  return Camera(calibration);
+}
+
+/// A straight tube from its tip at `tip_mm` along `direction`, and the lines across it.
+struct StraightTube {
+  StraightTube(const Eigen::Vector3d& tip_mm, const Eigen::Vector3d& direction) {
+    Eigen::Matrix3Xd C(3, spline.coefficient_count());
+    for (Eigen::Index i = 0; i < C.cols(); ++i) {
+      C.col(i) = tip_mm + static_cast<double>(i - 1) * spline.spacing_mm() * direction;
+    }
+    in_view = project_lines(camera_above(), spline, C, layout, kRadius_mm, *lines);
+  }
+  UniformCubicBSpline spline{8, kLength_mm};
+  LineLayout layout{kLength_mm};
+  std::unique_ptr<CorrespondenceLines> lines = std::make_unique<CorrespondenceLines>();
+  int in_view = 0;
+};
+
+TEST(ProjectedLines, LieTwoMillimetresApartAcrossTheTube) {
+  const StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(tube.layout.count, 51);
+  EXPECT_EQ(tube.in_view, 51);
+  const CorrespondenceLine& line = (*tube.lines)[10];
+  EXPECT_NEAR(line.base_px.x(), 100, 1e-9);
+  EXPECT_NEAR(line.base_px.y(), 150 + 2 * (-60 + 20), 1e-9);
+  EXPECT_NEAR(std::abs(line.normal.x()), 1, 1e-9);
+  EXPECT_NEAR(line.half_width_px, 2 * kRadius_mm, 1e-9);
+}
+
+TEST(ProjectedLines, OutsideTheImageAreNotInView) {
+  const StraightTube tube({0, -100, 0}, Eigen::Vector3d::UnitY());
+  // Rows 3 .. 296 are 3 px inside; the tip lies at row -50.
+  EXPECT_FALSE((*tube.lines)[13].in_view);
+  EXPECT_TRUE((*tube.lines)[14].in_view);
+  EXPECT_EQ(tube.in_view, 51 - 14);
+}
+
+TEST(ProjectedLines, ATubeThatRunsTowardTheSourceHasNoSideToLookTo) {
+  const StraightTube tube(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(tube.in_view, 0);
+}
+
+TEST(ProjectedLines, OfAVeryLongTubeLieFurtherApart) {
+  const LineLayout layout(1020);
+  EXPECT_EQ(layout.count, LineSearch::kMaxLines);
+  EXPECT_NEAR(layout.s_mm(layout.count - 1), 1020, 1e-9);
+}
+
+}  // namespace
+}  // namespace tubed
