@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "clients/tubectl/offline_reconstruction.hpp"
+#include "bench/accuracy/disturbances.hpp"
 #include "clients/tubectl/statistics.hpp"
 
 namespace tubed {
@@ -58,6 +58,7 @@ struct Variant {
   double value;
   Sequence sequence;
   std::function<void(EstimatorSettings&)> change = [](EstimatorSettings&) {};
+  JudgedInstants judged = [](const SequenceInstant&) { return true; };
 };
 
 struct Study {
@@ -130,11 +131,67 @@ Study coefficient_study(const Sequence& sequence) {
   return study;
 }
 
+/// Fluoroscopy off for a part of every four seconds; only the instants without image are judged, but for 0,
+/// where all are.
+Study fluoroscopy_study(const Sequence& sequence) {
+  constexpr double kPeriod_s = 4;
+  Study study{"s of every 4 without fluoroscopy (judged: these)", {}};
+  const double start_s = sequence.frames.empty() ? 0 : sequence.frames.front().t_s;
+  for (const double off_s : {0.0, 1.0, 2.0, 3.0}) {
+    Variant variant{off_s, with_fluoroscopy_off_for(sequence, off_s, kPeriod_s)};
+    variant.judged = [=](const SequenceInstant& instant) {
+      return off_s == 0 || is_off(instant.t_s, start_s, off_s, kPeriod_s);
+    };
+    study.variants.push_back(std::move(variant));
+  }
+  return study;
+}
+
+Study drop_study(const Sequence& sequence) {
+  Study study{"coils dropped, %", {}};
+  for (const double percent : {0.0, 10.0, 25.0, 50.0}) {
+    study.variants.push_back({percent, with_coils_dropped(sequence, percent / 100, 1)});
+  }
+  return study;
+}
+
+/// The middle coil, whose absence costs most.
+Study liar_study(const Sequence& sequence) {
+  Study study{"the middle coil wrong by, mm", {}};
+  const int middle = sequence.measurements.empty() ? 0 : sequence.measurements.front().coil_count / 2;
+  for (const double error_mm : {0.0, 6.0, 12.0, 25.0}) {
+    study.variants.push_back({error_mm, with_coil_lying(sequence, middle, error_mm, 1)});
+  }
+  return study;
+}
+
+Study wrong_image_study(const Sequence& sequence) {
+  Study study{"one of so many images is the first again (0: none)", {}};
+  for (const std::size_t step : {0, 10, 5, 2}) {
+    study.variants.push_back({static_cast<double>(step), with_wrong_images(sequence, step)});
+  }
+  return study;
+}
+
+/// Errors of the instants of a run that a variant judges, mm.
+std::vector<double> judged_rms(const Variant& variant, const MethodRun& run) {
+  const std::vector<SequenceInstant> instants = instants_of(variant.sequence);
+  std::vector<double> rms;
+  for (std::size_t i = 0; i < run.in_view.errors.size(); ++i) {
+    if (run.in_view.errors[i] && variant.judged(instants[i])) rms.push_back(run.in_view.errors[i]->rms_mm);
+  }
+  return rms;
+}
+
 std::vector<Study> studies_of(const Sequence& sequence) {
   std::vector<Study> studies{coil_study(sequence), noise_study(sequence), registration_study(sequence),
                              rate_study(sequence)};
   if (sequence.room.cameras.size() > 1) studies.push_back(second_view_study(sequence));
   studies.push_back(coefficient_study(sequence));
+  studies.push_back(fluoroscopy_study(sequence));
+  studies.push_back(drop_study(sequence));
+  studies.push_back(liar_study(sequence));
+  studies.push_back(wrong_image_study(sequence));
   return studies;
 }
 
@@ -204,7 +261,7 @@ std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const 
         Method changed = method;
         variant.change(changed.settings);
         const MethodRun run = run_method(variant.sequence, changed, judged, scratch, [](auto, auto) {});
-        const std::vector<double> rms = run.in_view.values_mm(kMetrics[1]);
+        const std::vector<double> rms = judged_rms(variant, run);
         if (rms.empty()) continue;
         curve.values.push_back(variant.value);
         curve.error_mm.push_back(quantile(rms, 0.5));
