@@ -45,6 +45,9 @@ void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout
                     Patience patience) noexcept {
   const MonotonicTime start = now();
   trace_.sent(start, command.bytes());
+  if (start >= last_byte_ + kQuietLine) {
+    reader_.clear();  // what a cut reply has left would spoil one in characters
+  }
   gone_ = !channel_->write(command.bytes()) || gone_;
   pending_ = true;
   answer_begun_ = answer_begun_ && start < last_byte_ + kQuietLine;

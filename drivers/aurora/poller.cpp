@@ -56,6 +56,7 @@ void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) no
   simulated_ =
       std::any_of(tracked_.begin(), end, [](const TrackedHandle& tracked) { return tracked.simulated; });
   newest_ = {};
+  system_status_ = {};
   counter_.reset();
   clock_.reset();
   guard_.reset();
@@ -348,7 +349,8 @@ void Poller::look_at_ports(MonotonicTime now) noexcept {
       absent |= found->report == Report::kDisabled || found->report == Report::kUnoccupied;
     }
   }
-  const bool occupied = reply_.system_status.port_became_occupied();
+  system_status_ = reply_.system_status;
+  const bool occupied = system_status_.port_became_occupied();
   if (!absent) {
     look_again_at_ = MonotonicTime::max();
     look_again_after_ = kFirstLookAgain;

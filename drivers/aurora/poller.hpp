@@ -66,6 +66,8 @@ class Poller {
   [[nodiscard]] bool uses_text() const noexcept { return text_mode_; }
   /// The newest reply says that the tool of `handle` was pulled out.
   [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept;
+  /// Of the newest measurement.
+  [[nodiscard]] SystemStatus system_status() const noexcept { return system_status_; }
   /// Newest status that a reply had of the handle at `index` of start().
   [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept { return newest_[index]; }
 
@@ -92,6 +94,7 @@ class Poller {
   std::size_t handle_count_ = 0;
   bool simulated_ = false;
   std::array<HandleReading, kMaxTrackerCoils> newest_{};
+  SystemStatus system_status_;
 
   TrackingReply reply_;
   FrameCounter counter_;
