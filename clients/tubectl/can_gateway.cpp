@@ -11,8 +11,8 @@
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/aurora/session.hpp"
 #include "drivers/aurora_can/bus_load.hpp"
+#include "drivers/aurora_can/can_local_bus.hpp"
 #include "drivers/aurora_can/can_packer.hpp"
-#include "drivers/aurora_can/can_port.hpp"
 #include "drivers/aurora_serial/serial_port.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
@@ -77,7 +77,8 @@ class CanGateway {
   explicit CanGateway(const GatewayOptions& options)
       : map_(coil_map(options.coils)),
         serial_(options.serial),
-        bus_(options.interface, options.layout == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic),
+        bus_(make_can_port(options.interface,
+                           options.layout == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic)),
         session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_, {}),
         packer_(options.layout, map_.coil_count()) {}
 
@@ -123,25 +124,25 @@ class CanGateway {
 
   void send() {
     const MonotonicTime now = monotonic_now();
-    int error = bus_.open();
+    int error = bus_->open();
     const MonotonicTime until = now + kPatienceOfBus;
     for (const aurora::CanFrame& frame : packer_.pack(can_report(session_, frame_), now)) {
-      error = error == 0 ? bus_.write(frame, until) : error;
+      error = error == 0 ? bus_->write(frame, until) : error;
     }
     ++(error == 0 ? sent_ : failed_);
     if (error == 0) {
       bus_trouble_.all_is_well();
       return;
     }
-    bus_trouble_.say(std::string(bus_.name()) + " " + std::string(describe_can_error(error)));
+    bus_trouble_.say(std::string(bus_->name()) + " " + std::string(bus_->describe(error)));
     if (error != ENOBUFS) {
-      bus_.close();
+      bus_->close();
     }
   }
 
   aurora::CoilMap map_;
   SerialPort serial_;
-  CanInterface bus_;
+  std::unique_ptr<CanPort> bus_;
   aurora::Session session_;
   CanPacker packer_;
   EmFrame frame_;
@@ -200,7 +201,9 @@ CLI::App* add_can_gateway(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
       "can-gateway", "Read an NDI Aurora at a serial port and send its measurements on a CAN bus");
   verb->add_option("--serial", options->serial, "Port of the tracker");
-  verb->add_option("--can", options->interface, "CAN interface, as can0");
+  verb->add_option(
+      "--can", options->interface,
+      "CAN interface, as can0; or the path of a socket to be made, for one receiver on this machine");
   verb->add_option("--layout", options->layout, "classic: frames of 8 bytes; fd: of 48, needs CAN FD")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, CanLayout>{{"classic", CanLayout::kClassic}, {"fd", CanLayout::kFd}}))

@@ -1,6 +1,7 @@
 #include "drivers/aurora_can/aurora_can_driver.hpp"
 
 #include "drivers/aurora_can/aurora_can_source.hpp"
+#include "drivers/aurora_can/can_local_bus.hpp"
 
 namespace tubed {
 
@@ -31,8 +32,7 @@ std::unique_ptr<EmSource> make_aurora_can_em_source(const RoomDescription& room,
                                                     const DriverSettings& settings,
                                                     const std::string& device) {
   const int buffer = static_cast<int>(settings.get<std::int64_t>("receive_buffer_kb")) * 1024;
-  return std::make_unique<AuroraCanSource>(room, settings,
-                                           std::make_unique<CanInterface>(device, CanUse::kReceive, buffer));
+  return std::make_unique<AuroraCanSource>(room, settings, make_can_port(device, CanUse::kReceive, buffer));
 }
 
 }  // namespace tubed

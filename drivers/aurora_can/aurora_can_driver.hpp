@@ -14,7 +14,8 @@ namespace tubed {
 /// The keys of the table [aurora-can].
 std::vector<SettingDescription> aurora_can_settings();
 
-/// The gateway's tracker at the interface `device`, as can0: sensor i of `room` is coil i - 1 of the gateway.
+/// The gateway's tracker at `device`, an interface as can0, or the path of a gateway's socket: sensor i of
+/// `room` is coil i - 1 of the gateway.
 std::unique_ptr<EmSource> make_aurora_can_em_source(const RoomDescription& room,
                                                     const DriverSettings& settings,
                                                     const std::string& device);

@@ -19,6 +19,8 @@ constexpr milliseconds kSilence{1000};
 constexpr milliseconds kPatienceForStatus{1500};
 constexpr milliseconds kFollowUpsLast{4000};
 constexpr int kMostFramesAtOnce = 64;
+/// What was lost is talked of for so long.
+constexpr milliseconds kLossesLast{5000};
 
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
@@ -31,7 +33,15 @@ AuroraCanSource::AuroraCanSource(const RoomDescription& room, const DriverSettin
     : port_(std::move(port)),
       latency_(from_ms(settings.get<double>("latency_ms"))),
       coil_count_(std::clamp(aurora::CoilMap(room).coil_count(), 1, kMaxTrackerCoils)),
-      assembler_(coil_count_) {}
+      assembler_(coil_count_) {
+  for (const InstrumentDescription& instrument : room.instruments) {
+    for (const CoilPlacement& coil : instrument.coils) {
+      if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
+        used_[static_cast<std::size_t>(coil.sensor - 1)] = true;
+      }
+    }
+  }
+}
 
 OpenResult AuroraCanSource::open() {
   if (problem_.empty() && !port_->is_open()) {
@@ -63,7 +73,7 @@ bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
     return true;
   }
   aurora::Problem problem(port_->name());
-  problem << " " << describe_can_error(error);
+  problem << " " << port_->describe(error);
   if (!(problem == told_)) {
     problem_ = problem;
   }
@@ -191,7 +201,9 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   made.coil_count = measurement.coil_count;
   for (std::size_t i = 0; i < static_cast<std::size_t>(made.coil_count); ++i) {
     made.coils[i] = aurora::coil_sample(measurement.coils[i]);
+    disabled_[i] = made.coils[i].status == CoilStatus::kDisabled;
   }
+  look_at_losses(now);
   silent_since_ = now;
   troubled_ = false;
   counts_when_silent_ = assembler_.counts();
@@ -213,6 +225,48 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   frame = made;
   told_.clear();
   return ReadOutcome::kFrame;
+}
+
+AuroraCanSource::Losses AuroraCanSource::losses() const noexcept {
+  const auto& seen = assembler_.counts();
+  return {seen.lost_coils, seen.missed, counts().overflowed};
+}
+
+void AuroraCanSource::look_at_losses(MonotonicTime now) noexcept {
+  const Losses newest = losses();
+  if (newest == losses_) {
+    return;
+  }
+  losses_at_beginning_ = now < losing_until_ ? losses_at_beginning_ : losses_;
+  losses_ = newest;
+  losing_until_ = now + kLossesLast;
+}
+
+// In the order in which a person has to look.
+std::string_view AuroraCanSource::remark() noexcept {
+  remark_.clear();
+  const auto since = [](std::uint64_t newest, std::uint64_t beginning) {
+    return static_cast<int>(std::min<std::uint64_t>(newest - beginning, 999'999'999));
+  };
+  if (sync_received_ < losing_until_) {
+    const int coils = since(losses_.coils, losses_at_beginning_.coils);
+    const int measurements = since(losses_.measurements, losses_at_beginning_.measurements);
+    const int overflowed = since(losses_.overflowed, losses_at_beginning_.overflowed);
+    if (overflowed > 0) {
+      remark_ << port_->name() << ": " << overflowed << " frames thrown away here, read too late";
+    } else if (coils + measurements > 0) {
+      remark_ << port_->name() << " loses frames: " << coils << " coils, " << measurements
+              << " measurements did not come whole";
+    }
+    return remark_.text();
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(coil_count_); ++i) {
+    if (used_[i] && disabled_[i]) {
+      remark_ << (remark_.empty() ? "not plugged in at the gateway: sensor " : ", sensor ")
+              << static_cast<int>(i + 1);
+    }
+  }
+  return remark_.text();
 }
 
 ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
@@ -262,7 +316,7 @@ ReadOutcome AuroraCanSource::silent() noexcept {
 ReadOutcome AuroraCanSource::lose_port(int error) noexcept {
   port_->close();
   aurora::Problem problem(port_->name());
-  problem << " " << describe_can_error(error);
+  problem << " " << port_->describe(error);
   return tell(problem);
 }
 

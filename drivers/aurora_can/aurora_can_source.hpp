@@ -9,6 +9,7 @@
 #include "drivers/aurora_can/gateway_clock.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/em_source.hpp"
+#include "drivers/interface/remark.hpp"
 #include "drivers/interface/room.hpp"
 
 namespace tubed {
@@ -27,7 +28,7 @@ struct AuroraCanCounts {
 ///
 /// Whatever goes wrong is told once: read() says kLost, the next open() says why, and from then on read()
 /// goes on trying, ten times a second, so that an interface or a gateway that comes back is found at once.
-class AuroraCanSource final : public EmSource {
+class AuroraCanSource final : public EmSource, public HasRemark {
  public:
   /// Coil i of a frame is coil i of the gateway, sensor i + 1 of `room`.
   AuroraCanSource(const RoomDescription& room, const DriverSettings& settings, std::unique_ptr<CanPort> port);
@@ -35,10 +36,16 @@ class AuroraCanSource final : public EmSource {
   OpenResult open() override;
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override;
+  /// What was lost on the bus within the last five seconds; else which coils the gateway does not have.
+  [[nodiscard]] std::string_view remark() noexcept override;
 
   [[nodiscard]] AuroraCanCounts counts() const noexcept;
   [[nodiscard]] const aurora::CanCoilAssembler::Counts& assembler_counts() const noexcept {
     return assembler_.counts();
+  }
+  /// What the gateway last said of itself and its tracker.
+  [[nodiscard]] const std::optional<aurora::CanStatus>& status() const noexcept {
+    return assembler_.status();
   }
   [[nodiscard]] const GatewayClock& clock() const noexcept { return clock_; }
 
@@ -51,12 +58,24 @@ class AuroraCanSource final : public EmSource {
   ReadOutcome take_follow_up(const CanArrival& arrival) noexcept;
   ReadOutcome hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now, EmFrame& frame) noexcept;
   ReadOutcome silent() noexcept;
+  void look_at_losses(MonotonicTime now) noexcept;
   [[nodiscard]] bool origin_known(MonotonicTime now) noexcept;
   [[nodiscard]] MonotonicTime measured(const aurora::CanMeasurement& measurement) noexcept;
+
+  /// Counts of what did not come.
+  struct Losses {
+    std::uint64_t coils = 0;
+    std::uint64_t measurements = 0;
+    std::uint64_t overflowed = 0;
+
+    friend bool operator==(const Losses&, const Losses&) = default;
+  };
+  [[nodiscard]] Losses losses() const noexcept;
 
   std::unique_ptr<CanPort> port_;
   std::chrono::nanoseconds latency_;
   int coil_count_;
+  std::array<bool, kMaxTrackerCoils> used_{};  ///< by an instrument of the configuration
   aurora::CanCoilAssembler assembler_;
   aurora::PoseGuard guard_;
   GatewayClock clock_;
@@ -73,6 +92,12 @@ class AuroraCanSource final : public EmSource {
   bool troubled_ = false;
   aurora::CanCoilAssembler::Counts counts_when_silent_;
   bool coils_told_ = false;
+
+  Losses losses_;               ///< at the last measurement
+  Losses losses_at_beginning_;  ///< of the time in which something was lost again and again
+  MonotonicTime losing_until_{};
+  std::array<bool, kMaxTrackerCoils> disabled_{};  ///< coils that the gateway does not have, at the moment
+  aurora::Problem remark_;
 
   aurora::Problem problem_;  ///< to be told by the next open()
   aurora::Problem told_;     ///< the last one that was told, until there is a measurement

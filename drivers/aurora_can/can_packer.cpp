@@ -22,6 +22,7 @@ const aurora::HandleReading* reading_of(const aurora::Session& session, std::uin
 CanReport can_report(const aurora::Session& session, const EmFrame& frame) noexcept {
   CanReport report;
   report.sync = {frame.tracker_frame, can_time_us(frame.measured)};
+  report.system_status = session.poller().system_status();
   report.gateway_error = frame.origin == Origin::kDevice ? 0 : aurora::kCanSimulated;
   aurora::HandleReading absent;
   absent.report = aurora::Report::kDisabled;

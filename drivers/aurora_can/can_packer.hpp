@@ -25,8 +25,8 @@ struct CanReport {
   std::uint8_t gateway_error = 0;   ///< kCanSimulated, or 0
 };
 
-/// What `session` has just given as `frame` (Event::kMeasurement). The sessions's coil map says which coil is
-/// which. System status is not known to a session's user: 0.
+/// What `session` has just given as `frame` (Event::kMeasurement). The session's coil map says which coil is
+/// which.
 [[nodiscard]] CanReport can_report(const aurora::Session& session, const EmFrame& frame) noexcept;
 
 /// Gateway's clock of an instant, as it stands in frames: microseconds, wrapped.

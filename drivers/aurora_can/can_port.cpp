@@ -101,6 +101,8 @@ void take_frame(const canfd_frame& raw, std::size_t size, CanArrival& arrival) n
 
 }  // namespace
 
+std::string_view CanPort::describe(int error) const noexcept { return describe_can_error(error); }
+
 int CanPort::open() noexcept {
   if (is_open()) {
     return 0;

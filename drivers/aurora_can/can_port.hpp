@@ -37,6 +37,9 @@ class CanPort {
 
   /// What stands in front of every complaint: "can0".
   [[nodiscard]] virtual std::string_view name() const noexcept = 0;
+  /// What is wrong and what to do when open(), read() or write() gave `error`, to stand behind the name. The
+  /// text is constant.
+  [[nodiscard]] virtual std::string_view describe(int error) const noexcept;
 
   /// 0, or errno. Harmless when open.
   int open() noexcept;
@@ -90,8 +93,7 @@ class CanInterface final : public CanPort {
   int receive_buffer_;
 };
 
-/// What is wrong and what to do when open(), read() or write() gave `error`, without the name: "is down:
-/// ...". The text is constant.
+/// The same for interfaces: "is down: ...".
 [[nodiscard]] std::string_view describe_can_error(int error) noexcept;
 
 }  // namespace tubed

@@ -118,6 +118,29 @@ TEST_P(AuroraCanSourceTest, ALostFrameCostsItsCoilWhichIsMissing) {
   EXPECT_EQ(source.assembler_counts().partial_coils, GetParam() == CanLayout::kClassic ? 1U : 0U);
 }
 
+TEST_P(AuroraCanSourceTest, WhatTheBusLosesIsSaidWhileItDoesAndFiveSecondsLonger) {
+  bus.send(frames(report(10)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_EQ(source.remark(), "");
+  auto sent = frames(report(12));
+  sent.pop_back();
+  bus.send(sent);
+  ASSERT_EQ(read_for(milliseconds(200)), ReadOutcome::kFrame);
+  EXPECT_EQ(source.remark(), "can0 loses frames: 1 coils, 1 measurements did not come whole");
+}
+
+TEST_P(AuroraCanSourceTest, CoilsThatTheGatewayDoesNotHaveAreNamed) {
+  CanReport two_absent = report(10);
+  two_absent.coils[0].report = aurora::Report::kDisabled;
+  two_absent.coils[2].report = aurora::Report::kDisabled;
+  bus.send(frames(two_absent));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_EQ(source.remark(), "not plugged in at the gateway: sensor 1, sensor 3");
+  bus.send(frames(report(11)));
+  ASSERT_EQ(read(), ReadOutcome::kFrame);
+  EXPECT_EQ(source.remark(), "");
+}
+
 TEST_P(AuroraCanSourceTest, ADamagedFrameIsRefusedAndItsCoilMissing) {
   auto sent = frames(report(10));
   sent.back().bytes[1] ^= 0x10;

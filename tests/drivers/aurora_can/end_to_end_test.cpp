@@ -70,6 +70,9 @@ TEST_P(Gateway, APulledPlugIsDisabledAtTheOtherEnd) {
   EXPECT_EQ(frame.coils[0].status, CoilStatus::kOk);
   EXPECT_EQ(frame.coils[2].status, CoilStatus::kDisabled);
   EXPECT_EQ(frame.coils[3].status, CoilStatus::kDisabled);
+  ASSERT_TRUE(can.status());
+  EXPECT_TRUE(can.status()->system_status.port_became_unoccupied());
+  EXPECT_EQ(can.status()->ports_present, 0b111);
 }
 
 }  // namespace
