@@ -68,7 +68,7 @@ bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
   const int error = port_->open();
   if (error == 0) {
     silent_since_ = now;
-    troubled_ = assembling_ = false;
+    troubled_ = assembling_ = is_off_ = false;
     counts_when_silent_ = assembler_.counts();
     return true;
   }
@@ -205,7 +205,7 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   }
   look_at_losses(now);
   silent_since_ = now;
-  troubled_ = false;
+  troubled_ = is_off_ = false;
   counts_when_silent_ = assembler_.counts();
   if (!origin_known(now)) {
     return ReadOutcome::kTimeout;
@@ -277,23 +277,33 @@ ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
   if (trouble.restarted) {
     ++counts_.restarts;
     told_.clear();  // the next bus-off is another one
+    is_off_ = false;
   }
   if (!trouble.bus_off) {
     return ReadOutcome::kTimeout;
   }
   ++counts_.bus_offs;
+  is_off_ = true;
+  return tell(bus_off());
+}
+
+aurora::Problem AuroraCanSource::bus_off() const noexcept {
+  CanTrouble off;
+  off.bus_off = true;
   aurora::Problem problem(port_->name());
-  problem << " " << describe(trouble);
   if (counts_.restarts > 0) {
-    problem << "; was restarted " << static_cast<int>(counts_.restarts) << " times before";
+    problem << ", restarted " << static_cast<int>(counts_.restarts) << " times,";
   }
-  return tell(problem);
+  return problem << " " << describe(off);
 }
 
 ReadOutcome AuroraCanSource::silent() noexcept {
   const auto& now = assembler_.counts();
   const auto& before = counts_when_silent_;
   silent_since_ = monotonic_now();
+  if (is_off_) {
+    return tell(bus_off());  // which is why nothing comes
+  }
   aurora::Problem problem(port_->name());
   if (troubled_) {
     problem << " " << describe(last_trouble_);

@@ -58,6 +58,7 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   ReadOutcome take_follow_up(const CanArrival& arrival) noexcept;
   ReadOutcome hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now, EmFrame& frame) noexcept;
   ReadOutcome silent() noexcept;
+  [[nodiscard]] aurora::Problem bus_off() const noexcept;
   void look_at_losses(MonotonicTime now) noexcept;
   [[nodiscard]] bool origin_known(MonotonicTime now) noexcept;
   [[nodiscard]] MonotonicTime measured(const aurora::CanMeasurement& measurement) noexcept;
@@ -90,6 +91,7 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   MonotonicTime silent_since_{};     ///< nothing usable since then
   CanTrouble last_trouble_;          ///< reported by the controller since then
   bool troubled_ = false;
+  bool is_off_ = false;  ///< the controller has left the bus
   aurora::CanCoilAssembler::Counts counts_when_silent_;
   bool coils_told_ = false;
 

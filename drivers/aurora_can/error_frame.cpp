@@ -21,8 +21,8 @@ CanTrouble read_error_frame(std::uint32_t id, std::span<const std::uint8_t> byte
 
 std::string_view describe(const CanTrouble& trouble) noexcept {
   if (trouble.bus_off) {
-    return "is bus-off: look at cable, termination and bit rates; `ip link set NAME type can restart-ms 100` "
-           "lets it come back by itself";
+    return "is bus-off: look at cable, termination, bit rates; `ip link set NAME type can restart-ms 100` "
+           "restarts it";
   }
   if (trouble.protocol_violation) {
     return "sees damaged frames: look at cable and termination, and at the bit rates of both ends";

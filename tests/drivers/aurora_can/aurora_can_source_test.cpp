@@ -209,6 +209,17 @@ TEST_P(AuroraCanSourceTest, BusOffIsToldInWordsEachTimeItHappens) {
   EXPECT_EQ(source.counts().restarts, 1U);
 }
 
+TEST_P(AuroraCanSourceTest, SilenceOfABusThatIsOffIsNoNews) {
+  bus.send_error(CAN_ERR_BUSOFF);
+  ASSERT_EQ(read(), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "is bus-off"));
+  ASSERT_TRUE(source.open().ok);
+  EXPECT_EQ(read_for(milliseconds(2200)), ReadOutcome::kTimeout);
+  bus.send_error(CAN_ERR_RESTARTED);
+  ASSERT_EQ(read_for(milliseconds(1500)), ReadOutcome::kLost) << "on the bus again, and nothing comes";
+  EXPECT_FALSE(says(why(), "is bus-off"));
+}
+
 TEST_P(AuroraCanSourceTest, AnInterfaceThatWentDownIsFoundAgainWithoutARestart) {
   bus.send(frames(report(10)));
   ASSERT_EQ(read(), ReadOutcome::kFrame);
