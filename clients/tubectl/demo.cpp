@@ -33,10 +33,13 @@ struct DemoOptions {
   std::int64_t seed = 1;
   std::string preset = "arch";
   std::string tracker = "simulation";
+  std::string can_interface;
 };
 
 DemoTracker tracker_named(const std::string& name) {
-  return name == "aurora-serial" ? DemoTracker::kAuroraSerial : DemoTracker::kSimulation;
+  return name == "aurora-serial" ? DemoTracker::kAuroraSerial
+         : name == "aurora-can"  ? DemoTracker::kAuroraCan
+                                 : DemoTracker::kSimulation;
 }
 
 constexpr std::size_t kLastWords = 20;
@@ -47,8 +50,8 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain, to_ns(steady_clock::now()), options.seed, options.preset,
-               tracker_named(options.tracker)},
+      : scene_{options.domain, to_ns(steady_clock::now()),     options.seed,
+               options.preset, tracker_named(options.tracker), options.can_interface},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -245,10 +248,15 @@ CLI::App* add_demo(CLI::App& app, int& exit_code) {
   verb->add_option("--preset", options->preset, "what is simulated; all but arch take some seconds to start")
       ->check(CLI::IsMember({"arch", "paper", "field", "frozen", "clinical", "biplane"}))
       ->capture_default_str();
-  verb->add_option("--tracker", options->tracker,
-                   "aurora-serial: an emulated NDI Aurora at a pseudo-terminal, read by the real driver")
-      ->check(CLI::IsMember({"simulation", "aurora-serial"}))
-      ->capture_default_str();
+  CLI::Option* tracker =
+      verb->add_option("--tracker", options->tracker,
+                       "aurora-serial: an emulated NDI Aurora at a pseudo-terminal, read by the real driver; "
+                       "aurora-can: the same behind tubectl can-gateway")
+          ->check(CLI::IsMember({"simulation", "aurora-serial", "aurora-can"}))
+          ->capture_default_str();
+  verb->add_option("--can", options->can_interface,
+                   "with --tracker aurora-can: a CAN interface, as vcan0; default: a socket instead of a bus")
+      ->needs(tracker);
   verb->add_option("--seed", options->seed, "of the simulated noise")->capture_default_str();
   verb->callback([options, &exit_code] { exit_code = run(*options); });
   return verb;

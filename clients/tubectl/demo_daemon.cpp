@@ -11,6 +11,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "drivers/aurora_can/can_port.hpp"
 #include "drivers/simulation/scenario.hpp"
 
 namespace tubed {
@@ -48,6 +49,29 @@ fs::path find_tubed() {
 }
 
 fs::path port_in(const fs::path& folder) { return folder / "aurora"; }
+
+std::string bus_of(const DemoScene& scene, const fs::path& folder) {
+  return scene.can_interface.empty() ? (folder / "can.sock").string() : scene.can_interface;
+}
+
+/// "fd" if the interface carries that. Throws std::runtime_error when it cannot be used.
+std::string layout_for(const DemoScene& scene) {
+  if (scene.can_interface.empty()) {
+    return "fd";
+  }
+  const auto error_of = [&scene](CanUse use) { return CanInterface(scene.can_interface, use).open(); };
+  if (error_of(CanUse::kSendFd) == 0) {
+    return "fd";
+  }
+  const int error = error_of(CanUse::kSendClassic);
+  if (error != 0) {
+    throw std::runtime_error(
+        scene.can_interface + " " + std::string(describe_can_error(error)) +
+        "\na virtual one, as root: modprobe vcan; ip link add vcan0 type vcan; ip link set vcan0 mtu 72 up"
+        "\nwithout --can the frames go through a socket, which needs neither");
+  }
+  return "classic";
+}
 
 /// Where a simulated source, or the emulated tracker, takes commands.
 fs::path socket_in(const fs::path& folder, const std::string& source) { return folder / (source + ".sock"); }
@@ -102,10 +126,16 @@ std::string instrument_text(const char* id, const char* mode, DemoTracker tracke
 std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
   const RoomDescription room = room_of(scene);
   const bool serial = scene.tracker == DemoTracker::kAuroraSerial;
+  const bool can = scene.tracker == DemoTracker::kAuroraCan;
   std::string text = "# Written by tubectl demo.\n[dds]\ndomain = " + std::to_string(scene.domain) + "\n\n";
-  text += std::string("[em]\ndriver = \"") + (serial ? "aurora-serial" : "simulation") +
+  text += std::string("[em]\ndriver = \"") +
+          (serial ? "aurora-serial"
+           : can  ? "aurora-can"
+                  : "simulation") +
           "\"\nT_world_em = " + toml_matrix(room.T_world_em) + "\n";
-  text += serial ? "device = \"" + port_in(folder).string() + "\"\n\n" : "\n";
+  text += serial ? "device = \"" + port_in(folder).string() + "\"\n\n"
+          : can  ? "device = \"" + bus_of(scene, folder) + "\"\n\n"
+                 : "\n";
   for (const CameraCalibration& camera : room.cameras) {
     text += "[[camera]]\nname = \"" + camera.name + "\"\nwidth = " + std::to_string(camera.width) +
             "\nheight = " + std::to_string(camera.height) + "\nfx = " + toml_number(camera.fx) +
@@ -127,11 +157,20 @@ DemoDaemon::DemoDaemon(const DemoScene& scene)
   const fs::path program = find_tubed();
   const fs::path file = folder() / "tubed.toml";
   std::ofstream(file) << configuration_;
-  if (scene.tracker == DemoTracker::kAuroraSerial) {
-    tracker_.emplace(std::vector<std::string>{fs::read_symlink("/proc/self/exe").string(), "aurora-emulator",
-                                              "--config", file.string(), "--link", port_in(folder()).string(),
-                                              "--control", socket_in(folder(), "em").string()},
-                     folder() / "tracker.log");
+  const std::string tubectl = fs::read_symlink("/proc/self/exe").string();
+  const bool can = scene.tracker == DemoTracker::kAuroraCan;
+  if (can || scene.tracker == DemoTracker::kAuroraSerial) {
+    const std::string layout = can ? layout_for(scene) : "";
+    tracker_.emplace(
+        std::vector<std::string>{tubectl, "aurora-emulator", "--config", file.string(), "--link",
+                                 port_in(folder()).string(), "--control", socket_in(folder(), "em").string()},
+        folder() / "tracker.log");
+    if (can) {
+      gateway_.emplace(
+          std::vector<std::string>{tubectl, "can-gateway", "--serial", port_in(folder()).string(), "--can",
+                                   bus_of(scene, folder()), "--layout", layout},
+          folder() / "gateway.log");
+    }
   }
   daemon_.emplace(std::vector<std::string>{program.string(), "--config", file.string()},
                   folder() / "tubed.log");
@@ -140,6 +179,9 @@ DemoDaemon::DemoDaemon(const DemoScene& scene)
 std::optional<EndedProgram> DemoDaemon::ended(std::size_t lines) {
   if (tracker_ && !tracker_->is_running()) {
     return EndedProgram{"the emulated tracker", tracker_->log_tail(lines)};
+  }
+  if (gateway_ && !gateway_->is_running()) {
+    return EndedProgram{"the gateway", gateway_->log_tail(lines)};
   }
   if (!daemon_->is_running()) {
     return EndedProgram{"tubed", daemon_->log_tail(lines)};

@@ -14,6 +14,7 @@ namespace tubed {
 enum class DemoTracker {
   kSimulation,    ///< as measurements, inside the daemon
   kAuroraSerial,  ///< an emulated NDI Aurora at a pseudo-terminal, read by the real driver
+  kAuroraCan,     ///< the same Aurora, read by a gateway, whose CAN frames the real driver reads
 };
 
 /// What the demonstration's configuration is made from.
@@ -23,6 +24,7 @@ struct DemoScene {
   std::int64_t seed = 1;
   std::string preset = "arch";  ///< of the simulation
   DemoTracker tracker = DemoTracker::kSimulation;
+  std::string can_interface;  ///< of kAuroraCan; empty: a socket of the demonstration carries the frames
 };
 
 /// The configuration as TOML: one simulated catheter in the views of the preset, tracked twice: "cath-1" from
@@ -45,12 +47,12 @@ struct EndedProgram {
   std::vector<std::string> last_words;
 };
 
-/// Starts `tubed`, and the emulated tracker if there is to be one, and ends them with the object; its folder
-/// goes with it. One thread.
+/// Starts `tubed`, and the emulated tracker and gateway if there are to be, and ends them with the object;
+/// its folder goes with it. One thread.
 class DemoDaemon {
  public:
   /// Throws std::runtime_error with what to do when no tubed is found beside this program, in ../sbin or in
-  /// PATH, or it cannot be started.
+  /// PATH, or it cannot be started, or the CAN interface cannot be used.
   explicit DemoDaemon(const DemoScene& scene);
 
   /// What has ended although it should not, with the last `lines` lines of what it printed.
@@ -69,6 +71,7 @@ class DemoDaemon {
   DemoFolder folder_;
   std::string configuration_;
   std::optional<ChildProcess> tracker_;
+  std::optional<ChildProcess> gateway_;
   std::optional<ChildProcess> daemon_;
 };
 

@@ -9,13 +9,13 @@ from bed import check, is_valid, need_real_time, say
 HOT = ("em", "grab-A", "frangi-A", "optimizer")
 
 
-def emulators_of_demonstrations():
+def helpers_of_demonstrations():
     """Process numbers."""
     found = set()
     for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):  # it has ended meanwhile
             words = path.read_bytes()
-            if b"aurora-emulator" in words and b"/tubed-demo-" in words:
+            if (b"aurora-emulator" in words or b"can-gateway" in words) and b"/tubed-demo-" in words:
                 found.add(path.parent.name)
     return found
 
@@ -42,10 +42,25 @@ def the_demonstration_shows_a_tracked_catheter(bed):
 
 def the_demonstration_reads_an_emulated_aurora(bed):
     """The real driver at a pseudo-terminal; its tracker measures the catheter that the images show."""
+    judge_aurora(bed, "aurora-serial")
+
+
+def the_demonstration_reads_an_aurora_behind_a_can_gateway(bed):
+    """The same tracker, a gateway that reads it, and the real driver of its frames."""
+    judge_aurora(bed, "aurora-can")
+
+
+def the_demonstration_says_how_to_make_a_can_interface(bed):
+    done = bed.tubectl("demo", "--headless", "3", "--tracker", "aurora-can", "--can", "nosuchcan")
+    check(done.returncode == 1, f"tubectl demo exits {done.returncode}")
+    check("nosuchcan" in done.stderr and "ip link add vcan0 type vcan" in done.stderr, f"it says: {done.stderr}")
+
+
+def judge_aurora(bed, tracker):
     need_real_time()
     report_file = bed.folder / "out.json"
     subscriber = bed.subscribe()
-    demo = beds.Daemon([bed.program("tubectl"), "demo", "--tracker", "aurora-serial", "--domain", "0", "--headless", "16",
+    demo = beds.Daemon([bed.program("tubectl"), "demo", "--tracker", tracker, "--domain", "0", "--headless", "16",
                         "--json", str(report_file)], bed.folder / "tubed-demo.log")
     bed.daemons.append(demo)
     for instrument in ("cath-1", "cath-1-em"):
@@ -69,12 +84,12 @@ def the_demonstration_leaves_nothing_behind(bed):
     """Its daemon, its tracker and its folder end with it."""
     need_real_time()
     before = {path.name for path in bed.folder.parent.glob("tubed-demo-*")}
-    emulators_before = emulators_of_demonstrations()
-    for options in (("--headless", "3"), ("--headless", "7", "--tracker", "aurora-serial")):
+    helpers_before = helpers_of_demonstrations()
+    for options in (("--headless", "3"), ("--headless", "8", "--tracker", "aurora-can")):
         done = bed.tubectl("demo", *options, "--json", "-", timeout_s=30)
         check(done.returncode == 0, f"tubectl demo exits {done.returncode}:\n{done.stderr}")
-    emulators = emulators_of_demonstrations() - emulators_before
-    check(not emulators, f"an emulated tracker still runs: {emulators}")
+    helpers = helpers_of_demonstrations() - helpers_before
+    check(not helpers, f"an emulated tracker or a gateway still runs: {helpers}")
     left = {path.name for path in bed.folder.parent.glob("tubed-demo-*")} - before
     check(not left, f"folders are left: {left}")
     sockets = [line for line in open("/proc/net/udp", encoding="ascii").read().splitlines()[1:]]
@@ -83,4 +98,5 @@ def the_demonstration_leaves_nothing_behind(bed):
 
 if __name__ == "__main__":
     beds.main(the_demonstration_shows_a_tracked_catheter, the_demonstration_reads_an_emulated_aurora,
+              the_demonstration_reads_an_aurora_behind_a_can_gateway, the_demonstration_says_how_to_make_a_can_interface,
               the_demonstration_leaves_nothing_behind)
