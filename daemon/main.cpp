@@ -19,6 +19,7 @@
 #include "daemon/memory_lock.hpp"
 #include "daemon/notify_outlet.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/publishing/cyclone_log.hpp"
 #include "daemon/publishing/systemd_notify.hpp"
 #include "daemon/reload.hpp"
 #include "daemon/shm_outlet.hpp"
@@ -103,6 +104,7 @@ int wait_for_the_end(const sigset_t& signals, const tubed::Configuration& config
 int run_daemon(const tubed::Configuration& configuration) {
   const sigset_t signals = block_signals();
   tubed::start_logging(configuration.log_level);
+  tubed::route_cyclone_log([](std::string_view words) { spdlog::warn("Cyclone DDS: {}", words); });
   for (const std::string& warning : configuration.warnings) {
     spdlog::warn("{}", warning);
   }

@@ -27,7 +27,7 @@ class SequenceGuard {
  public:
   /// The verdict; anything but kBackward becomes the newest accepted sample.
   Verdict judge(const SampleOrigin& sample) {
-    const Verdict verdict = compare(sample);
+    const Verdict verdict = verdict_of(sample);
     if (verdict == Verdict::kBackward) {
       return verdict;
     }
@@ -39,13 +39,8 @@ class SequenceGuard {
     return verdict;
   }
 
-  /// Sequence numbers that are missing between the newest accepted sample and the one before it.
-  [[nodiscard]] std::uint64_t lost_before() const { return lost_before_; }
-
- private:
-  static constexpr std::size_t kRememberedStarts = 64;
-
-  [[nodiscard]] Verdict compare(const SampleOrigin& sample) const {
+  /// The verdict that judge() would give; nothing is remembered.
+  [[nodiscard]] Verdict verdict_of(const SampleOrigin& sample) const {
     if (newest_.daemon_start == 0) {
       return Verdict::kFirst;
     }
@@ -59,6 +54,12 @@ class SequenceGuard {
     const bool is_new_writer = sample.writer != newest_.writer;
     return !seen && (is_later || is_new_writer) ? Verdict::kRestart : Verdict::kBackward;
   }
+
+  /// Sequence numbers that are missing between the newest accepted sample and the one before it.
+  [[nodiscard]] std::uint64_t lost_before() const { return lost_before_; }
+
+ private:
+  static constexpr std::size_t kRememberedStarts = 64;
 
   void remember(std::uint64_t daemon_start) {
     if (ended_.size() == kRememberedStarts) {

@@ -5,6 +5,7 @@
 #include <list>
 #include <string>
 
+#include "clients/cpp/delay_guard.hpp"
 #include "clients/cpp/sequence_guard.hpp"
 #include "idl/dds_contract.hpp"
 
@@ -14,6 +15,7 @@ namespace {
 constexpr int kHistoryDepth = 32;
 constexpr std::int64_t kDeadlineNs = std::chrono::nanoseconds(kEstimateDeadline).count();
 constexpr std::int64_t kLivelinessNs = std::chrono::nanoseconds(kEstimateLiveliness).count();
+constexpr std::int64_t kLifespanNs = std::chrono::nanoseconds(kEstimateLifespan).count();
 
 std::int64_t monotonic_ns() {
   timespec now{};
@@ -36,6 +38,7 @@ enum class Told { kNothing, kDeadline, kLost };
 struct Tracked {
   std::string id;
   SequenceGuard guard;
+  DelayGuard delay{kLifespanNs};
   TubeSample newest;
   bool has_news = false;
   Told told = Told::kNothing;
@@ -128,16 +131,22 @@ class TubeSubscriber::Reception {
 
   void accept_or_refuse(dds_instance_handle_t writer) {
     Tracked& tube = tracked(scratch_.instrument_id);
-    const Verdict verdict = tube.guard.judge(origin_of(scratch_, writer));
-    if (verdict == Verdict::kBackward) {
+    const SampleOrigin origin = origin_of(scratch_, writer);
+    if (tube.guard.verdict_of(origin) == Verdict::kBackward) {
       ++counts_.refused_backward;
       return;
     }
+    const std::int64_t now_ns = monotonic_ns();
+    if (tube.delay.is_late(origin.daemon_start, origin.publish_monotonic_ns, now_ns)) {
+      ++counts_.refused_late;
+      return;
+    }
+    const Verdict verdict = tube.guard.judge(origin);
     // Several of them may pass between two deliveries: nothing that was skipped may go uncounted.
     tube.newest.lost_before = (tube.has_news ? tube.newest.lost_before : 0) + tube.guard.lost_before();
     tube.newest.is_restart = (tube.has_news && tube.newest.is_restart) || verdict == Verdict::kRestart;
     tube.newest.estimate = scratch_;
-    tube.newest.received_monotonic_ns = monotonic_ns();
+    tube.newest.received_monotonic_ns = now_ns;
     tube.has_news = true;
     tube.told = Told::kNothing;
     ++counts_.accepted;

@@ -52,6 +52,8 @@ struct SubscriberStatus {
   std::uint64_t accepted = 0;
   std::uint64_t lost = 0;              ///< by sequence number
   std::uint64_t refused_backward = 0;  ///< replayed samples and those of a second daemon, dropped
+  std::uint64_t refused_late =
+      0;  ///< waited longer than a shape lives, in this host or on the way; dropped, and lost
   std::uint64_t restarts = 0;
   std::uint64_t deadlines_missed = 0;
   std::uint64_t liveliness_lost = 0;
