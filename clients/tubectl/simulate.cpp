@@ -1,4 +1,6 @@
 // tubectl simulate: a catheterisation as a sequence folder with its truth.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
@@ -36,24 +38,28 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// A counter on the terminal, at most five times a second.
+/// A counter on the terminal, at most five times a second; elsewhere one line at the end.
 class Progress {
  public:
   Progress(std::string what, std::size_t total) : what_(std::move(what)), total_(total) {}
-  ~Progress() { std::cerr << '\n'; }
+  ~Progress() {
+    if (live_) std::cerr << '\n';
+  }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   void show(std::size_t done) {
-    if (done == total_ || seconds_since(shown_) > 0.2) {
+    if (done == total_ || (live_ && seconds_since(shown_) > 0.2)) {
       shown_ = Clock::now();
-      std::cerr << '\r' << what_ << ' ' << done << " of " << total_ << std::flush;
+      std::cerr << (live_ ? "\r" : "") << what_ << ' ' << done << " of " << total_ << (live_ ? "" : "\n")
+                << std::flush;
     }
   }
 
  private:
   std::string what_;
   std::size_t total_;
+  bool live_ = isatty(STDERR_FILENO) == 1;
   Clock::time_point shown_;
 };
 
