@@ -1,97 +1,145 @@
 #include "daemon/estimator/normal_equations.hpp"
 
-#include "daemon/estimator/positive_definite.hpp"
-
 namespace tubed {
 
-NormalEquations::NormalEquations(int column_count)
-    : column_count_(column_count),
-      matrix_(Eigen::MatrixXd::Zero(3 * column_count, 3 * column_count)),
-      gradient_(Eigen::VectorXd::Zero(3 * column_count)),
-      factor_(matrix_),
-      inverse_(matrix_),
-      solution_(gradient_) {}
+NormalEquations::NormalEquations(int coefficient_count, int further_columns)
+    : coefficient_count_(coefficient_count),
+      column_count_(coefficient_count + further_columns),
+      band_(LowerBand::Zero(kBandRows, 3 * coefficient_count)),
+      further_(Eigen::MatrixXd::Zero(3 * further_columns, 3 * column_count_)),
+      gradient_(Eigen::VectorXd::Zero(3 * column_count_)),
+      banded_(3 * coefficient_count),
+      dense_(3 * column_count_),
+      inverse_(Eigen::MatrixXd::Zero(3 * column_count_, 3 * column_count_)),
+      solution_(gradient_) {
+  clear();
+}
 
 void NormalEquations::clear() {
-  matrix_.setZero();
+  band_.setZero();
+  further_.setZero();
   gradient_.setZero();
+  squares_.setZero();
+  pull_.setZero();
+  first_ = -1;
+  prior_ = nullptr;
   cost_ = 0;
 }
 
-void NormalEquations::add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
-                          double residual) {
-  const Eigen::Matrix3d outer = gradient * gradient.transpose();
-  for (int a = 0; a < 4; ++a) {
-    const double weight = weights[static_cast<std::size_t>(a)];
-    gradient_.segment<3>(3 * (first + a)) += weight * residual * gradient;
-    for (int b = 0; b <= a; ++b) {
-      matrix_.block<3, 3>(3 * (first + a), 3 * (first + b)) +=
-          weight * weights[static_cast<std::size_t>(b)] * outer;
+void NormalEquations::close() {
+  if (first_ < 0) {
+    return;
+  }
+  Eigen::Index pair = 0;
+  for (int b = 0; b < 4; ++b) {
+    for (int a = b; a < 4; ++a, ++pair) {
+      const auto s = squares_.col(pair);
+      const int below = 3 * (a - b);
+      double* const band = band_.col(3 * (first_ + b)).data() + below;
+      // Column c of the block begins c rows further up in the band; on the diagonal its upper part is left
+      // out.
+      band[0] += s[0];
+      band[1] += s[1];
+      band[2] += s[2];
+      if (a > b) band[kBandRows - 1] += s[1];
+      band[kBandRows] += s[3];
+      band[kBandRows + 1] += s[4];
+      if (a > b) {
+        band[2 * kBandRows - 2] += s[2];
+        band[2 * kBandRows - 1] += s[4];
+      }
+      band[2 * kBandRows] += s[5];
     }
   }
-  cost_ += residual * residual;
+  gradient_.segment<12>(3 * first_) += pull_.reshaped();
+  squares_.setZero();
+  pull_.setZero();
+  first_ = -1;
 }
 
 void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                                     const Eigen::Vector3d& residual) {
-  for (int a = 0; a < 4; ++a) {
-    const double weight = weights[static_cast<std::size_t>(a)] * scale;
-    gradient_.segment<3>(3 * (first + a)) += weight * residual;
-    for (int b = 0; b <= a; ++b) {
-      const double product = weight * weights[static_cast<std::size_t>(b)] * scale;
-      for (int axis = 0; axis < 3; ++axis) {
-        matrix_(3 * (first + a) + axis, 3 * (first + b) + axis) += product;
-      }
-    }
-  }
+  open(first);
+  const Products products = scale * scale * products_of(weights);
+  squares_.row(0) += products;
+  squares_.row(3) += products;
+  squares_.row(5) += products;
+  pull_.noalias() += (scale * residual) * Eigen::Map<const Eigen::RowVector4d>(weights.data());
   cost_ += residual.squaredNorm();
 }
 
 void NormalEquations::add_with(int first, const std::array<double, 4>& weights,
                                const Eigen::Matrix3d& gradient, int further, double further_scale,
                                const Eigen::Vector3d& residual) {
-  const Eigen::Matrix3d squared = gradient.transpose() * gradient;
-  const Eigen::Vector3d pull = gradient.transpose() * residual;
+  for (int axis = 0; axis < 3; ++axis) {
+    add(first, weights, gradient.row(axis).transpose(), residual[axis]);
+  }
+  const int row = 3 * (further - coefficient_count_);
   for (int a = 0; a < 4; ++a) {
-    const double weight = weights[static_cast<std::size_t>(a)];
-    gradient_.segment<3>(3 * (first + a)) += weight * pull;
-    for (int b = 0; b <= a; ++b) {
-      matrix_.block<3, 3>(3 * (first + a), 3 * (first + b)) +=
-          weight * weights[static_cast<std::size_t>(b)] * squared;
-    }
-    // Only the lower triangle is kept, and a further column stands behind the coefficients.
-    matrix_.block<3, 3>(3 * further, 3 * (first + a)) += further_scale * weight * gradient;
+    further_.block<3, 3>(row, 3 * (first + a)) +=
+        further_scale * weights[static_cast<std::size_t>(a)] * gradient;
   }
   gradient_.segment<3>(3 * further) += further_scale * residual;
-  matrix_.block<3, 3>(3 * further, 3 * further).diagonal().array() += further_scale * further_scale;
-  cost_ += residual.squaredNorm();
+  further_.block<3, 3>(row, 3 * further).diagonal().array() += further_scale * further_scale;
 }
 
 void NormalEquations::add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
-  matrix_ += information;
+  prior_ = &information;
   solution_.noalias() = information * departure;
   gradient_ += solution_;
   cost_ += departure.dot(solution_);
 }
 
+void NormalEquations::fill_dense(double damping) {
+  const Eigen::Index banded = 3 * coefficient_count_;
+  const Eigen::Index all = 3 * column_count_;
+  auto matrix = dense_.matrix();
+  for (Eigen::Index j = 0; j < all; ++j) {
+    auto column = matrix.col(j).tail(all - j);
+    if (prior_ != nullptr) {
+      column = prior_->col(j).tail(all - j);
+    } else {
+      column.setZero();
+    }
+    if (j < banded) {
+      const Eigen::Index rows = std::min<Eigen::Index>(kBandRows, banded - j);
+      column.head(rows) += band_.col(j).head(rows);
+    }
+    const Eigen::Index further = std::min(all - banded, all - j);
+    column.tail(further) += further_.col(j).tail(further);
+    matrix(j, j) *= 1 + damping;
+  }
+}
+
 bool NormalEquations::solve(double damping, Eigen::Matrix3Xd& step) {
-  factor_ = matrix_;
-  factor_.diagonal().array() *= 1 + damping;
-  Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(factor_);
-  if (cholesky.info() != Eigen::Success) {
-    return false;
-  }
+  close();
   solution_ = -gradient_;
-  cholesky.solveInPlace(solution_);
-  for (int k = 0; k < column_count_; ++k) {
-    step.col(k) = solution_.segment<3>(3 * k);
+  if (is_banded()) {
+    if (!banded_.factorise(band_, damping)) return false;
+    banded_.solve(solution_);
+  } else {
+    fill_dense(damping);
+    if (!dense_.factorise()) return false;
+    dense_.solve(solution_);
   }
+  step = solution_.reshaped(3, column_count_);
   return solution_.allFinite();
 }
 
 bool NormalEquations::invert() {
-  inverse_ = matrix_;
-  return invert_positive_definite(inverse_, factor_);
+  close();
+  fill_dense(0);
+  return dense_.factorise() && dense_.invert(inverse_);
+}
+
+bool NormalEquations::invert_and_solve(Eigen::Matrix3Xd& step) {
+  if (!invert()) {
+    return false;
+  }
+  solution_ = -gradient_;
+  dense_.solve(solution_);
+  step = solution_.reshaped(3, column_count_);
+  return solution_.allFinite();
 }
 
 Eigen::Matrix3d NormalEquations::covariance(int first, const std::array<double, 4>& weights) const {

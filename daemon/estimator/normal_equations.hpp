@@ -1,37 +1,49 @@
 // Gauss-Newton's normal equations for spline coefficients: J^T J dC = -J^T r, gathered residual by residual.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
+
+#include "daemon/estimator/dense_cholesky.hpp"
+#include "daemon/estimator/spline_band_cholesky.hpp"
 
 namespace tubed {
 
 /// The unknowns are n columns of 3 components (column k at rows 3k .. 3k+2): the coefficients, and behind
 /// them whatever else is estimated, as the errors of coils. A residual touches four neighbouring coefficients
-/// (a point, tangent or second derivative of the cubic B-spline at one s) and at most one further column. All
-/// memory is taken in the constructor.
+/// (a point, tangent or second derivative of the cubic B-spline at one s) and at most one further column.
+/// Residuals alone make a band, which is solved as one; a prior or further columns make it dense. All memory
+/// is taken in the constructor.
 class NormalEquations {
  public:
-  explicit NormalEquations(int column_count);
+  NormalEquations(int coefficient_count, int further_columns);
 
   void clear();
 
   /// A scalar whitened residual r with dr/dC_k = weights[k] * gradient for the four coefficients from
-  /// `first`.
-  void add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient, double residual);
+  /// `first`. Residuals of one `first` are best added one after another.
+  void add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
+           double residual) {
+    open(first);
+    const Eigen::Matrix<double, 6, 1> outer{gradient[0] * gradient[0], gradient[0] * gradient[1],
+                                            gradient[0] * gradient[2], gradient[1] * gradient[1],
+                                            gradient[1] * gradient[2], gradient[2] * gradient[2]};
+    squares_.noalias() += outer * products_of(weights).transpose();
+    pull_.noalias() += (residual * gradient) * Eigen::Map<const Eigen::RowVector4d>(weights.data());
+    cost_ += residual * residual;
+  }
 
   /// Three whitened residuals at once: r with dr/dC_k = weights[k] * scale * I.
   void add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                      const Eigen::Vector3d& residual);
 
   /// Three whitened residuals at once: r with dr/dC_k = weights[k] * gradient for the four coefficients and
-  /// dr/dC_further = further_scale * I for the column `further`, which must not be one of the four.
+  /// dr/dC_further = further_scale * I for the column `further`, which must not be one of the coefficients.
   void add_with(int first, const std::array<double, 4>& weights, const Eigen::Matrix3d& gradient, int further,
                 double further_scale, const Eigen::Vector3d& residual);
 
   /// A Gaussian prior: information matrix (3n x 3n, symmetric) around a mean from which C has gone by
-  /// `departure`.
+  /// `departure`. Once between clear()s; `information` must stay as it is until the next.
   void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure);
 
   /// Factorises and solves; `step` is 3 x n. False when the matrix is not positive definite.
@@ -40,6 +52,9 @@ class NormalEquations {
   /// Inverts what was gathered (no damping) so that covariance() may be asked. False when not positive
   /// definite.
   bool invert();
+
+  /// invert() and solve(0, step) for the price of the former.
+  bool invert_and_solve(Eigen::Matrix3Xd& step);
 
   /// Covariance of sum_k weights[k] C_{first + k}, mm^2. Precondition: invert() was true.
   [[nodiscard]] Eigen::Matrix3d covariance(int first, const std::array<double, 4>& weights) const;
@@ -51,11 +66,37 @@ class NormalEquations {
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
+  using Products = Eigen::Matrix<double, 10, 1>;
+
+  /// w_a w_b of the pairs a >= b, by columns of the lower triangle.
+  static Products products_of(const std::array<double, 4>& w) {
+    return {w[0] * w[0], w[1] * w[0], w[2] * w[0], w[3] * w[0], w[1] * w[1],
+            w[2] * w[1], w[3] * w[1], w[2] * w[2], w[3] * w[2], w[3] * w[3]};
+  }
+
+  // Blocks of one `first` are gathered in registers' reach and go to the band when another one begins.
+  void open(int first) {
+    if (first == first_) return;
+    close();
+    first_ = first;
+  }
+  void close();
+  void fill_dense(double damping);
+  [[nodiscard]] bool is_banded() const { return prior_ == nullptr && column_count_ == coefficient_count_; }
+
+  int coefficient_count_;
   int column_count_;
   double cost_ = 0;
-  Eigen::MatrixXd matrix_;    ///< lower triangle of J^T J
-  Eigen::VectorXd gradient_;  ///< J^T r
-  Eigen::MatrixXd factor_;
+  int first_ = -1;  ///< of the blocks that wait
+  Eigen::Matrix<double, 6, 10>
+      squares_;  ///< upper triangle of a block, row by row; a pair of coefficients a column
+  Eigen::Matrix<double, 3, 4> pull_;        ///< their part of J^T r
+  LowerBand band_;                          ///< of J^T J, the coefficients among each other
+  Eigen::MatrixXd further_;                 ///< its rows of the further columns, lower triangle
+  Eigen::VectorXd gradient_;                ///< J^T r
+  const Eigen::MatrixXd* prior_ = nullptr;  ///< its information
+  SplineBandCholesky banded_;
+  DenseCholesky dense_;
   Eigen::MatrixXd inverse_;
   Eigen::VectorXd solution_;
 };

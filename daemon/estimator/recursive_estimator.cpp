@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/estimator/positive_definite.hpp"
 #include "daemon/estimator/report.hpp"
 
 namespace tubed {
@@ -44,6 +43,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       has_cameras_(!room.cameras.empty()),
       start_(settings, instrument.length_mm),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
+      image_map_(settings, instrument.length_mm),
       views_(settings, instrument, room),
       second_look_(settings, instrument, room),
       second_opinion_(std::make_unique<TubeEstimate>()),
@@ -52,11 +52,18 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       state_(map_.column_count(), settings),
       past_{state_, state_, state_, state_, state_, state_, state_, state_},
       prior_{state_.P, state_.C},
+      coefficients_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
+      coefficient_prior_{Eigen::MatrixXd::Zero(coefficients_.size(), coefficients_.size()), coefficients_},
+      coefficient_cholesky_(coefficients_.size()),
+      following_(Eigen::MatrixXd::Zero(state_.P.rows() - coefficients_.size(), coefficients_.size())),
+      following_covariance_(following_),
       C_before_(state_.C),
       shape_(state_.C),
       scratch_(state_.P),
-      departure_(Eigen::VectorXd::Zero(state_.C.size())),
-      information_times_departure_(departure_) {}
+      departure_(Eigen::VectorXd::Zero(coefficients_.size())),
+      information_times_departure_(departure_) {
+  image_map_.set_stiffness(kStrainSlack, 1);
+}
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
@@ -67,7 +74,7 @@ void RecursiveEstimator::reset() noexcept {
   for (State& past : past_) {
     past.begun = false;
   }
-  has_covariance_ = false;
+  covariance_ = nullptr;
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
@@ -97,8 +104,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
       shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
     }
   }
-  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, has_covariance_ ? &map_ : nullptr,
-                         shape_time_};
+  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, covariance_, shape_time_};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
@@ -180,7 +186,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.newest_em = frame.measured;
   state_.begun = true;
   place_coils();
-  has_covariance_ = map_.invert_at(coils, lines, &prior_, C);
+  covariance_ = map_.invert_at(coils, lines, &prior_, C) ? &map_ : nullptr;
   shape_ = C;
   remember();
   return true;
@@ -218,7 +224,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
     } else {
       // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
       shape_ = state_.C;
-      settle(shape_, estimate);
+      if (settle(shape_, estimate)) know_covariance({});
     }
   }
   if (!state_.begun || began_blind || is_lost(state_.time)) {
@@ -249,14 +255,27 @@ void RecursiveEstimator::predict(MonotonicTime time) {
   age_coil_errors(dt_s);
 }
 
+// Images see the coefficients alone: theirs is all that has to be inverted, and the other columns follow.
 bool RecursiveEstimator::refresh_information() {
-  prior_.mean = state_.m;
-  prior_.information = state_.P;
-  if (!invert_positive_definite(prior_.information, scratch_)) {
+  const Eigen::Index n = coefficients_.size();
+  coefficient_prior_.mean = state_.m.leftCols(coefficients_.cols());
+  coefficient_cholesky_.matrix() = state_.P.topLeftCorner(n, n);
+  if (!coefficient_cholesky_.factorise() || !coefficient_cholesky_.invert(coefficient_prior_.information)) {
     state_.begun = false;  // numerically lost: begin again
     return false;
   }
   return true;
+}
+
+// What the coefficients' way from their prior mean says about the errors of coils and the speed.
+void RecursiveEstimator::follow(Eigen::Matrix3Xd& C) {
+  const Eigen::Index n = coefficients_.size();
+  const Eigen::Index further = state_.P.rows() - n;
+  C.leftCols(coefficients_.cols()) = coefficients_;
+  depart(coefficients_);
+  auto rest = C.rightCols(C.cols() - coefficients_.cols()).reshaped();
+  rest = state_.m.rightCols(C.cols() - coefficients_.cols()).reshaped();
+  rest.noalias() += state_.P.bottomLeftCorner(further, n) * information_times_departure_;
 }
 
 // The shape is what the measurements and the tube's stiffness make together.
@@ -264,10 +283,41 @@ bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
   if (!refresh_information()) {
     return false;
   }
-  estimate.iterations += static_cast<std::uint32_t>(
-      map_.refine(CoilObservations{}, {}, &prior_, kUpdateIterations, C, converged_));
+  coefficients_ = C.leftCols(coefficients_.cols());
+  refine({}, estimate);
+  follow(C);
+  return true;
+}
+
+void RecursiveEstimator::refine(std::span<const ViewConstraints> lines, TubeEstimate& estimate) {
+  estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(
+      CoilObservations{}, lines, &coefficient_prior_, kUpdateIterations, coefficients_, converged_));
   converged_ = true;  // one step of Gauss-Newton from a prediction is as good as many
-  has_covariance_ = map_.invert_at(CoilObservations{}, {}, &prior_, C);
+}
+
+// Of the coefficients as they are now.
+void RecursiveEstimator::know_covariance(std::span<const ViewConstraints> lines) {
+  const bool known = image_map_.invert_at(CoilObservations{}, lines, &coefficient_prior_, coefficients_);
+  covariance_ = known ? &image_map_ : nullptr;
+}
+
+// The lines' posterior of the coefficients into the state; P_ec P_cc^-1 stays as it was before.
+bool RecursiveEstimator::take_lines(std::span<const ViewConstraints> lines) {
+  const Eigen::Index n = coefficients_.size();
+  const Eigen::Index further = state_.P.rows() - n;
+  auto P_cc = state_.P.topLeftCorner(n, n);
+  auto P_ec = state_.P.bottomLeftCorner(further, n);
+  if (!image_map_.condense(CoilObservations{}, lines, coefficient_prior_, coefficients_, coefficients_)) {
+    return false;
+  }
+  follow(state_.m);
+  following_.noalias() = P_ec * coefficient_prior_.information;
+  P_cc = image_map_.coefficient_covariance();
+  following_covariance_.noalias() = following_ * P_cc;
+  P_ec -= following_covariance_;
+  state_.P.bottomRightCorner(further, further).noalias() -= P_ec * following_.transpose();
+  P_ec = following_covariance_;
+  state_.P.topRightCorner(n, further) = following_covariance_.transpose();
   return true;
 }
 
@@ -282,40 +332,43 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map_.spline(), state_.C, reach, estimate);
+    looked = views_.measure(observation, map_.spline(), coefficients_, reach, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;
     }
-    estimate.iterations += static_cast<std::uint32_t>(
-        map_.refine(CoilObservations{}, lines, &prior_, kUpdateIterations, state_.C, converged_));
+    refine(lines, estimate);
   }
-  converged_ = true;
+  follow(state_.C);
   if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
     images_ = ImageVerdict::kLost;
     ++state_.images_without_tube;
     views_.forget_instant(observation.instant);
     estimate.has_image = false;
     state_.C = C_before_;
-    return;
+    lines = {};
   }
   if (lines.empty()) {
+    coefficients_ = state_.C.leftCols(coefficients_.cols());
+    know_covariance({});
     return;
   }
   const double interval_s = seconds_between(state_.confirmed, observation.instant);
   images_ = ImageVerdict::kShowsTube;
   state_.images_without_tube = 0;
   state_.confirmed = observation.instant;
-  if (!map_.condense(CoilObservations{}, lines, prior_, state_.C, state_.m)) {
+  if (!take_lines(lines)) {
     state_.begun = false;
     return;
   }
-  state_.P = map_.coefficient_covariance();
+  coefficients_ = state_.C.leftCols(coefficients_.cols());
+  know_covariance(lines);
   // With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
+  const Eigen::Index n = coefficients_.size();
   adapt_freedom(pull(state_.m),
-                static_cast<double>(state_.C.size()) - prior_.information.cwiseProduct(state_.P).sum(),
+                static_cast<double>(n) -
+                    coefficient_prior_.information.cwiseProduct(state_.P.topLeftCorner(n, n)).sum(),
                 interval_s);
-  has_covariance_ = map_.invert_at(CoilObservations{}, lines, &prior_, state_.C);
   state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
   remember();
 }
@@ -325,11 +378,16 @@ bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {
   return agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(state_.C) < kDoubtfulPull);
 }
 
-// chi^2 of the way from the prediction.
+// chi^2 of the way from the prediction; columns that follow add nothing to it.
 double RecursiveEstimator::pull(const Eigen::Matrix3Xd& C) {
-  Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C.cols()) = C - prior_.mean;
-  information_times_departure_.noalias() = prior_.information * departure_;
+  depart(C);
   return departure_.dot(information_times_departure_);
+}
+
+// departure_ of C's coefficients from their prior mean, and with the information.
+void RecursiveEstimator::depart(const Eigen::Matrix3Xd& C) {
+  departure_ = (C.leftCols(coefficients_.cols()) - coefficient_prior_.mean).reshaped();
+  information_times_departure_.noalias() = coefficient_prior_.information * departure_;
 }
 
 void RecursiveEstimator::adapt_freedom(double pulled, double expected, double interval_s) {

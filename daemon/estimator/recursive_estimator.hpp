@@ -72,6 +72,11 @@ class RecursiveEstimator final : public Estimator {
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);
   bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);
+  void refine(std::span<const ViewConstraints> lines, TubeEstimate& estimate);
+  void follow(Eigen::Matrix3Xd& C);
+  void know_covariance(std::span<const ViewConstraints> lines);
+  bool take_lines(std::span<const ViewConstraints> lines);
+  void depart(const Eigen::Matrix3Xd& C);
   void predict(MonotonicTime time);
   void place_coils();
   void age_coil_errors(double dt_s);
@@ -91,6 +96,7 @@ class RecursiveEstimator final : public Estimator {
   bool has_cameras_;
   SingleFrameSolver start_;
   TubeMap map_;
+  TubeMap image_map_;  ///< of the coefficients alone
   TubeViews views_;
   TubeViews second_look_;  ///< of a shape of the instant alone
   std::unique_ptr<TubeEstimate> second_opinion_;
@@ -100,14 +106,19 @@ class RecursiveEstimator final : public Estimator {
   static constexpr std::size_t kPastStates = 8;
   std::array<State, kPastStates> past_;  ///< ring of the states after each update, for late images
   std::size_t next_past_ = 0;
-  GaussianPrior prior_;        ///< m and P as the solver wants them
+  GaussianPrior prior_;              ///< of all columns, to begin with
+  Eigen::Matrix3Xd coefficients_;    ///< of the shape that is being solved for
+  GaussianPrior coefficient_prior_;  ///< their m and P before the image, as the solver wants them
+  DenseCholesky coefficient_cholesky_;
+  Eigen::MatrixXd following_;  ///< P_ec P_cc^-1: how the further columns follow the coefficients
+  Eigen::MatrixXd following_covariance_;
   Eigen::Matrix3Xd C_before_;  ///< the shape before the images of this instant
   Eigen::Matrix3Xd shape_;     ///< the one published
   Eigen::MatrixXd scratch_;
   Eigen::VectorXd departure_;
   Eigen::VectorXd information_times_departure_;
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
-  bool has_covariance_ = false;
+  const TubeMap* covariance_ = nullptr;        ///< that knows the covariance of shape_; nullptr: nobody
   bool converged_ = true;
   MonotonicTime shape_time_{};
 };

@@ -7,9 +7,36 @@ namespace tubed {
 namespace {
 
 constexpr double kConvergedStep_mm = 0.05;
+constexpr double kNegligibleStep_mm = 1e-6;
 constexpr double kFirstDamping = 1e-6;
 // Gauss-Legendre with two points integrates the squares of each cubic piece's second derivative exactly.
 constexpr std::array<double, 2> kGaussNodes = {0.21132486540518713, 0.78867513459481287};
+
+/// Takes residuals as NormalEquations does and keeps their squares alone.
+class CostSum {
+ public:
+  void add(int /*first*/, const std::array<double, 4>& /*weights*/, const Eigen::Vector3d& /*gradient*/,
+           double residual) {
+    cost_ += residual * residual;
+  }
+  void add_isotropic(int /*first*/, const std::array<double, 4>& /*weights*/, double /*scale*/,
+                     const Eigen::Vector3d& residual) {
+    cost_ += residual.squaredNorm();
+  }
+  void add_with(int /*first*/, const std::array<double, 4>& /*weights*/, const Eigen::Matrix3d& /*gradient*/,
+                int /*further*/, double /*further_scale*/, const Eigen::Vector3d& residual) {
+    cost_ += residual.squaredNorm();
+  }
+  void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
+    for (Eigen::Index j = 0; j < departure.size(); ++j) {
+      cost_ += departure[j] * information.col(j).dot(departure);
+    }
+  }
+  [[nodiscard]] double cost() const { return cost_; }
+
+ private:
+  double cost_ = 0;
+};
 
 }  // namespace
 
@@ -19,23 +46,32 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
       spline_(settings.coefficient_count, length_mm),
       coils_with_error_(coils_with_error),
       further_columns_(further_columns),
-      equations_(column_count()),
+      equations_(settings.coefficient_count, column_count() - settings.coefficient_count),
       step_(Eigen::Matrix3Xd::Zero(3, column_count())),
       trial_(step_),
       departure_(Eigen::VectorXd::Zero(step_.size())),
       sigma_position_mm_(settings.sigma_position_mm),
-      sigma_tangent_(settings.sigma_tangent) {}
+      sigma_tangent_(settings.sigma_tangent) {
+  for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
+    for (const double node : kGaussNodes) {
+      nodes_.push_back(spline_.basis((segment + node) * spline_.spacing_mm()));
+    }
+  }
+  lines_.reserve(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
+}
 
-void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
+template <typename Sum>
+void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C, Sum& sum) const {
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     if (coil.used()) {
-      add_coil(coil, i, C);
+      add_coil(coil, i, C, sum);
     }
   }
 }
 
-void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C) {
+template <typename Sum>
+void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C, Sum& sum) const {
   const CubicBasis basis = spline_.basis(coil.s_mm);
   const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
   const double speed = std::max(derivative.norm(), 1e-6);
@@ -46,79 +82,91 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
   const Eigen::Matrix3d turning =
       -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent_);
   if (index >= coils_with_error_) {
-    equations_.add_isotropic(basis.first, basis.value, position_weight, off_mm * position_weight);
+    sum.add_isotropic(basis.first, basis.value, position_weight, off_mm * position_weight);
     for (int axis = 0; axis < 3; ++axis) {
-      equations_.add(basis.first, basis.first_derivative, turning.row(axis).transpose(),
-                     turned[axis] / sigma_tangent_);
+      sum.add(basis.first, basis.first_derivative, turning.row(axis).transpose(),
+              turned[axis] / sigma_tangent_);
     }
     return;
   }
   off_mm += C.col(position_error_column(index));
   turned += C.col(tangent_error_column(index));
-  equations_.add_with(basis.first, basis.value, position_weight * Eigen::Matrix3d::Identity(),
-                      position_error_column(index), position_weight, off_mm * position_weight);
-  equations_.add_with(basis.first, basis.first_derivative, turning, tangent_error_column(index),
-                      1 / sigma_tangent_, turned / sigma_tangent_);
+  sum.add_with(basis.first, basis.value, position_weight * Eigen::Matrix3d::Identity(),
+               position_error_column(index), position_weight, off_mm * position_weight);
+  sum.add_with(basis.first, basis.first_derivative, turning, tangent_error_column(index), 1 / sigma_tangent_,
+               turned / sigma_tangent_);
 }
 
-void TubeMap::add_bending(const Eigen::Matrix3Xd& C) {
-  const double h = spline_.spacing_mm();
-  const double weight = std::sqrt(bending_factor_ * h / 2 / settings_.bending_q_per_mm);
-  for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
-    for (const double node : kGaussNodes) {
-      const CubicBasis basis = spline_.basis((segment + node) * h);
-      const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
-      equations_.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
+template <typename Sum>
+void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const {
+  const double weight = std::sqrt(bending_factor_ * spline_.spacing_mm() / 2 / settings_.bending_q_per_mm);
+  for (const CubicBasis& basis : nodes_) {
+    const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
+    sum.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
+  }
+}
+
+template <typename Sum>
+void TubeMap::add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const {
+  const double weight =
+      std::sqrt(spline_.spacing_mm() / 2) / (strain_sigma_factor_ * settings_.sigma_strain_sqrt_mm);
+  for (const CubicBasis& basis : nodes_) {
+    const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+    const double speed = std::max(derivative.norm(), 1e-6);
+    sum.add(basis.first, basis.first_derivative, derivative / speed * weight, (speed - 1) * weight);
+  }
+}
+
+template <typename Sum>
+void TubeMap::add_lines(const Camera& camera, std::span<const PreparedLine> lines, const Eigen::Matrix3Xd& C,
+                        Sum& sum) const {
+  for (const PreparedLine& line : lines) {
+    const auto projection = camera.project(combine(C, line.first, line.weights));
+    if (projection) {
+      sum.add(line.first, line.weights, projection->J_image_world.transpose() * line.normal,
+              line.normal.dot(projection->p_image_px) - line.target);
     }
   }
 }
 
-void TubeMap::add_strain(const Eigen::Matrix3Xd& C) {
-  const double h = spline_.spacing_mm();
-  const double weight = std::sqrt(h / 2) / (strain_sigma_factor_ * settings_.sigma_strain_sqrt_mm);
-  for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
-    for (const double node : kGaussNodes) {
-      const CubicBasis basis = spline_.basis((segment + node) * h);
-      const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
-      const double speed = std::max(derivative.norm(), 1e-6);
-      equations_.add(basis.first, basis.first_derivative, derivative / speed * weight, (speed - 1) * weight);
-    }
-  }
-}
-
-void TubeMap::add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C) {
-  for (int i = 0; i < view.count; ++i) {
-    const LineConstraint& line = view.lines[i];
-    const CubicBasis basis = spline_.basis(line.s_mm);
-    const auto projection = view.camera->project(combine(C, basis.first, basis.value));
-    if (!projection) {
-      continue;
-    }
-    const double weight = 1 / std::sqrt(line.variance_px2);
-    const double residual = line.normal.dot(projection->p_image_px - line.target_px) * weight;
-    equations_.add(basis.first, basis.value, projection->J_image_world.transpose() * line.normal * weight,
-                   residual);
-  }
-}
-
-void TubeMap::linearise(const CoilObservations& coils, std::span<const ViewConstraints> views,
-                        const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
-  linearise_measurements(coils, views, prior, C);
-  add_bending(C);
-  add_strain(C);
-}
-
-void TubeMap::linearise_measurements(const CoilObservations& coils, std::span<const ViewConstraints> views,
-                                     const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
-  equations_.clear();
-  add_coils(coils, C);
+void TubeMap::prepare(std::span<const ViewConstraints> views) {
+  lines_.clear();
   for (const ViewConstraints& view : views) {
-    add_view(view, C);
+    for (const LineConstraint& line : std::span(view.lines, static_cast<std::size_t>(view.count))) {
+      const CubicBasis basis = spline_.basis(line.s_mm);
+      const Eigen::Vector2d normal = line.normal / std::sqrt(line.variance_px2);
+      lines_.push_back({basis.first, basis.value, normal, normal.dot(line.target_px)});
+    }
   }
-  if (prior != nullptr) {
-    Eigen::Map<Eigen::Matrix3Xd>(departure_.data(), 3, C.cols()) = C - prior->mean;
-    equations_.add_prior(prior->information, departure_);
+}
+
+template <typename Sum>
+void TubeMap::add_measurements(const Measurements& measurements, const Eigen::Matrix3Xd& C, Sum& sum) {
+  add_coils(measurements.coils, C, sum);
+  std::span<const PreparedLine> waiting = lines_;
+  for (const ViewConstraints& view : measurements.views) {
+    add_lines(*view.camera, waiting.first(static_cast<std::size_t>(view.count)), C, sum);
+    waiting = waiting.subspan(static_cast<std::size_t>(view.count));
   }
+  if (measurements.prior != nullptr) {
+    departure_ = (C - measurements.prior->mean).reshaped();
+    sum.add_prior(measurements.prior->information, departure_);
+  }
+}
+
+void TubeMap::linearise(const Measurements& measurements, const Eigen::Matrix3Xd& C) {
+  equations_.clear();
+  add_measurements(measurements, C, equations_);
+  add_bending(C, equations_);
+  add_strain(C, equations_);
+}
+
+double TubeMap::cost_at(const Measurements& measurements, const Eigen::Matrix3Xd& C) {
+  CostSum sum;
+  add_measurements(measurements, C, sum);
+  add_bending(C, sum);
+  add_strain(C, sum);
+  return sum.cost();
 }
 
 bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
@@ -138,7 +186,7 @@ bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
                                coil.tangent_world * tangent_weight);
     }
   }
-  add_bending(C);
+  add_bending(C, equations_);
   if (!equations_.solve(0, step_)) {
     return false;
   }
@@ -150,7 +198,9 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
                     const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
   converged = false;
   double damping = kFirstDamping;
-  linearise(coils, views, prior, C);
+  const Measurements measurements{coils, views, prior};
+  prepare(views);
+  linearise(measurements, C);
   double cost_here = equations_.cost();
   for (int iteration = 1; iteration <= most_iterations; ++iteration) {
     if (!equations_.solve(damping, step_)) {
@@ -158,45 +208,55 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
       continue;
     }
     trial_ = C + step_;
-    linearise(coils, views, prior, trial_);
     const double longest = step_.colwise().norm().maxCoeff();
-    if (equations_.cost() <= cost_here) {
+    const bool is_last = longest < kConvergedStep_mm || iteration == most_iterations;
+    double cost = 0;
+    if (is_last) {  // nobody will ask for its derivatives
+      cost = cost_at(measurements, trial_);
+    } else {
+      linearise(measurements, trial_);
+      cost = equations_.cost();
+    }
+    if (cost <= cost_here) {
       C = trial_;
-      cost_here = equations_.cost();
+      cost_here = cost;
       damping = std::max(damping * 0.1, 1e-9);
       if (longest < kConvergedStep_mm) {
         converged = true;
         return iteration;
       }
     } else {
-      if (longest < 1e-6) {
+      if (longest < kNegligibleStep_mm) {
         converged = true;
         return iteration;
       }
       damping = std::max(damping * 10, 1e-4);
-      linearise(coils, views, prior, C);
+      if (!is_last) linearise(measurements, C);
     }
   }
   return most_iterations;
 }
 
-double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) {
-  equations_.clear();
-  add_coils(coils, C);
-  add_strain(C);
-  return equations_.cost();
+double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const {
+  CostSum sum;
+  add_coils(coils, C, sum);
+  add_strain(C, sum);
+  return sum.cost();
 }
 
 bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
                         const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
-  linearise(coils, views, prior, C);
+  prepare(views);
+  linearise({coils, views, prior}, C);
   return equations_.invert();
 }
 
 bool TubeMap::condense(const CoilObservations& coils, std::span<const ViewConstraints> views,
                        const GaussianPrior& prior, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& mean) {
-  linearise_measurements(coils, views, &prior, C);
-  if (!equations_.solve(0, step_) || !equations_.invert()) {
+  prepare(views);
+  equations_.clear();
+  add_measurements({coils, views, &prior}, C, equations_);
+  if (!equations_.invert_and_solve(step_)) {
     return false;
   }
   mean = C + step_;

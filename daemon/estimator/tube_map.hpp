@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "daemon/estimator/coil_observation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
@@ -91,7 +92,7 @@ class TubeMap {
 
   /// Sum of squared whitened residuals of coils and strain at C: what contradicts itself. Bending is left
   /// out: a coil that makes the tube bend around a vessel's arch is no suspect.
-  double contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C);
+  double contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
 
   /// Linearises at C and inverts, for covariance(). False when that fails.
   bool invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
@@ -113,20 +114,44 @@ class TubeMap {
   [[nodiscard]] const UniformCubicBSpline& spline() const { return spline_; }
 
  private:
-  void linearise(const CoilObservations& coils, std::span<const ViewConstraints> views,
-                 const GaussianPrior* prior, const Eigen::Matrix3Xd& C);
-  void linearise_measurements(const CoilObservations& coils, std::span<const ViewConstraints> views,
-                              const GaussianPrior* prior, const Eigen::Matrix3Xd& C);
-  void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C);
-  void add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C);
-  void add_bending(const Eigen::Matrix3Xd& C);
-  void add_strain(const Eigen::Matrix3Xd& C);
-  void add_view(const ViewConstraints& view, const Eigen::Matrix3Xd& C);
+  /// What does not change while C does.
+  struct PreparedLine {
+    int first;
+    std::array<double, 4> weights;
+    Eigen::Vector2d normal;  ///< over the standard deviation
+    double target;           ///< normal . target_px, over the standard deviation
+  };
+  /// A measurement of one instant: all that linearise() and cost_at() ask.
+  struct Measurements {
+    const CoilObservations& coils;
+    std::span<const ViewConstraints> views;
+    const GaussianPrior* prior;
+  };
+
+  void prepare(std::span<const ViewConstraints> views);
+  void linearise(const Measurements& measurements, const Eigen::Matrix3Xd& C);
+  double cost_at(const Measurements& measurements, const Eigen::Matrix3Xd& C);
+
+  template <typename Sum>
+  void add_measurements(const Measurements& measurements, const Eigen::Matrix3Xd& C, Sum& sum);
+  template <typename Sum>
+  void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C, Sum& sum) const;
+  template <typename Sum>
+  void add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C, Sum& sum) const;
+  template <typename Sum>
+  void add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const;
+  template <typename Sum>
+  void add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const;
+  template <typename Sum>
+  void add_lines(const Camera& camera, std::span<const PreparedLine> lines, const Eigen::Matrix3Xd& C,
+                 Sum& sum) const;
 
   EstimatorSettings settings_;
   UniformCubicBSpline spline_;
   int coils_with_error_;
   int further_columns_;
+  std::vector<CubicBasis> nodes_;    ///< of the integrals over arc length
+  std::vector<PreparedLine> lines_;  ///< of all views, one after another
   NormalEquations equations_;
   Eigen::Matrix3Xd step_;
   Eigen::Matrix3Xd trial_;

@@ -25,7 +25,8 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
       sideways_(coefficient_count_, coefficient_count_),
       sliding_(Eigen::VectorXd::Zero(3 * column_count)),
       shifted_(Eigen::Matrix3Xd::Zero(3, coefficient_count_)),
-      rows_(Eigen::MatrixXd::Zero(3 * coefficient_count_, 3 * column_count)) {
+      columns_(Eigen::MatrixXd::Zero(3 * column_count, 3 * coefficient_count_)),
+      with_speed_(sliding_) {
   const auto freedom = [this](Eigen::Index coefficient) {
     const double s_mm = std::max(0.0, (static_cast<double>(coefficient) - 1) * spacing_mm_);
     return kSideways_mm + (kSidewaysAtTip_mm - kSideways_mm) * std::exp(-s_mm / kTipReach_mm);
@@ -73,16 +74,16 @@ void TubeMotion::shift(double slid_mm, Eigen::Matrix3Xd& C) {
   C.leftCols(coefficient_count_) = shifted_;
 }
 
-void TubeMotion::shift_rows(double slid_mm, Eigen::MatrixXd& P) {
+// By columns, which lie next to each other in memory.
+void TubeMotion::shift_columns(double slid_mm, Eigen::MatrixXd& P) {
   for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
     const Shift shift = shift_of(i, slid_mm);
-    auto row = rows_.middleRows<3>(3 * i);
-    row.setZero();
-    for (Eigen::Index k = 0; k < 4; ++k) {
-      row += shift.weights[static_cast<std::size_t>(k)] * P.middleRows<3>(3 * (shift.first + k));
-    }
+    const auto& [w0, w1, w2, w3] = shift.weights;
+    const Eigen::Index from = 3 * shift.first;
+    columns_.middleCols<3>(3 * i) = w0 * P.middleCols<3>(from) + w1 * P.middleCols<3>(from + 3) +
+                                    w2 * P.middleCols<3>(from + 6) + w3 * P.middleCols<3>(from + 9);
   }
-  P.topRows(3 * coefficient_count_) = rows_;
+  P.leftCols(3 * coefficient_count_) = columns_;
 }
 
 void TubeMotion::predict(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
@@ -90,9 +91,9 @@ void TubeMotion::predict(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen
   const double slid_mm = m(0, m.cols() - 1) * dt_s;
   shift(slid_mm, C);
   shift(slid_mm, m);
-  shift_rows(slid_mm, P);
+  shift_columns(slid_mm, P);
   P.transposeInPlace();
-  shift_rows(slid_mm, P);
+  shift_columns(slid_mm, P);
   add_noise(dt_s, freedom, C, P);
   const double kept = std::exp(-dt_s / kSpeedMemory_s);
   C(0, C.cols() - 1) = m(0, m.cols() - 1) * kept;
@@ -115,12 +116,9 @@ void TubeMotion::add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& 
   const Eigen::Index moving = 3 * n;
   const double unforeseen_mm = kSlidingSpeed_mm_s * dt_s;
   const double variance_mm2 = dt_s * dt_s * P(speed_, speed_) + unforeseen_mm * unforeseen_mm;
-  for (Eigen::Index row = 0; row < P.rows(); ++row) {
-    rows_(0, row) = P(row, speed_);  // before it is changed
-  }
-  const auto with_speed = rows_.row(0).transpose();
-  P.topRows(moving).noalias() += dt_s * sliding_.head(moving) * with_speed.transpose();
-  P.leftCols(moving).noalias() += dt_s * with_speed * sliding_.head(moving).transpose();
+  with_speed_ = P.col(speed_);  // before it is changed
+  P.topRows(moving).noalias() += dt_s * sliding_.head(moving) * with_speed_.transpose();
+  P.leftCols(moving).noalias() += dt_s * with_speed_ * sliding_.head(moving).transpose();
   P.topLeftCorner(moving, moving).noalias() +=
       variance_mm2 * sliding_.head(moving) * sliding_.head(moving).transpose();
   for (Eigen::Index i = 0; i < n; ++i) {

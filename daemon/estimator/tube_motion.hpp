@@ -32,16 +32,17 @@ class TubeMotion {
 
   [[nodiscard]] Shift shift_of(Eigen::Index coefficient, double slid_mm) const;
   void shift(double slid_mm, Eigen::Matrix3Xd& C);
-  void shift_rows(double slid_mm, Eigen::MatrixXd& P);
+  void shift_columns(double slid_mm, Eigen::MatrixXd& P);
   void add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P);
 
   Eigen::Index coefficient_count_;
   Eigen::Index speed_;  ///< row of the speed
   double spacing_mm_;
-  Eigen::MatrixXd sideways_;  ///< variance of one second between coefficients, mm^2 (n x n)
-  Eigen::VectorXd sliding_;   ///< change of C when the tube slides 1 mm forward
-  Eigen::Matrix3Xd shifted_;  ///< scratch
-  Eigen::MatrixXd rows_;      ///< scratch
+  Eigen::MatrixXd sideways_;    ///< variance of one second between coefficients, mm^2 (n x n)
+  Eigen::VectorXd sliding_;     ///< change of C when the tube slides 1 mm forward
+  Eigen::Matrix3Xd shifted_;    ///< scratch
+  Eigen::MatrixXd columns_;     ///< scratch
+  Eigen::VectorXd with_speed_;  ///< scratch
 };
 
 }  // namespace tubed

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "daemon/estimator/positive_definite.hpp"
+#include "daemon/estimator/dense_cholesky.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {
@@ -39,8 +39,9 @@ struct UpdateBench {
 TEST(CoilUpdate, IsTheOneOfTheNormalEquations) {
   UpdateBench bench;
   GaussianPrior prior{bench.P, bench.m};
-  Eigen::MatrixXd scratch = bench.P;
-  ASSERT_TRUE(invert_positive_definite(prior.information, scratch));
+  DenseCholesky cholesky(bench.P.rows());
+  cholesky.matrix() = bench.P;
+  ASSERT_TRUE(cholesky.factorise() && cholesky.invert(prior.information));
   bench.map.set_coil_noise(1.5, 0.02);
   Eigen::Matrix3Xd mean = bench.m;
   ASSERT_TRUE(bench.map.condense(bench.coils, {}, prior, bench.C, mean));
