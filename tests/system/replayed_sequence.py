@@ -5,6 +5,7 @@ By hand, with any sequence folder:
 """
 import argparse
 import csv
+import json
 import math
 import pathlib
 import statistics
@@ -83,6 +84,43 @@ def compare(bed, folder, mode):
     return len(samples) / len(shapes), samples
 
 
+def write_estimates(file, samples):
+    """The samples as `tubectl reconstruct` writes estimates, every millimetre from the tip."""
+    with open(file, "w", encoding="utf-8") as rows:
+        rows.write("frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity\n")
+        for frame, sample in sorted(samples.items()):
+            word = sample["validity_name"]
+            if not sample["coefficient_count"]:
+                rows.write(f"{frame},,,,,,,,{word}\n")
+                continue
+            for s_mm in range(int(sample["length_mm"]) + 1):
+                rows.write(f"{frame},{s_mm}," + ",".join(f"{c:.4f}" for c in point_at(sample, s_mm)) + f",1,1,1,{word}\n")
+
+
+def of_frames(file, frames):
+    """The rows of a CSV that belong to these frames, in place."""
+    head, *rows = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text(head + "".join(row for row in rows if int(row.split(",", 1)[0]) in frames), encoding="utf-8")
+
+
+def compare_accuracy(bed, folder, mode):
+    """Prints and checks what the truth of a simulated folder says of both, frames that were not skipped."""
+    if not (folder / "truth.csv").exists():
+        say("no truth.csv: the accuracy of both cannot be compared")
+        return
+    live, offline = bed.folder / "live.csv", bed.folder / f"{mode}.csv"
+    shapes, samples = offline_shapes(bed, folder, mode), replayed_samples(bed, folder, mode)
+    write_estimates(live, samples)
+    of_frames(offline, set(samples))
+    report = bed.folder / "accuracy.json"
+    done = bed.tubectl("evaluate", str(folder), "--em", str(offline), "--fused", str(live), "--in-view", "--json", str(report))
+    check(done.returncode == 0, f"tubectl evaluate exits {done.returncode}: {done.stderr}")
+    rms = json.loads(report.read_text(encoding="utf-8"))["comparison"]["metrics"]["RMS"]
+    offline_mm, live_mm = rms["em_mm"]["median"], rms["fused_mm"]["median"]
+    say(f"{len(samples)} of {len(shapes)} frames not superseded; RMS, median over them: {offline_mm:.3f} mm offline, {live_mm:.3f} mm live")
+    check(abs(live_mm - offline_mm) <= max(0.02 * offline_mm, 0.02), "the live pipeline is not as accurate as the offline one")
+
+
 def a_replayed_sequence_gives_the_shapes_of_the_offline_reconstruction(bed):
     need_real_time()  # an image that the filter delivers too late is not used, offline it always is
     folder = bed.folder / "sequence"
@@ -110,6 +148,7 @@ if __name__ == "__main__":
 
     def by_hand(bed):
         compare(bed, arguments.sequence.absolute(), arguments.mode)
+        compare_accuracy(bed, arguments.sequence.absolute(), arguments.mode)
 
     sys.exit(beds.run_scenario((a_replayed_sequence_gives_the_shapes_of_the_offline_reconstruction, by_hand),
                                arguments.programs, "by_hand" if arguments.sequence else arguments.scenario,
