@@ -35,7 +35,10 @@ std::vector<NamedFinding> look_at_tracker(const DoctorArguments& arguments) {
   try {
     const Configuration configuration = load_configuration(arguments.configuration);
     std::vector<NamedFinding> findings = examine_port(configuration);
-    const bool is_free = findings.empty() || findings.front().finding.verdict == Verdict::kGood;
+    // A bus can be listened to by many, a serial port is somebody's.
+    const bool is_can = configuration.em_source.driver == "aurora-can";
+    const bool is_free = findings.empty() || findings.front().finding.verdict == Verdict::kGood ||
+                         (is_can && findings.front().finding.verdict == Verdict::kNote);
     if (arguments.talk_to_tracker && is_free) {
       for (NamedFinding& one : examine_tracker(configuration, arguments.trace_folder)) {
         findings.push_back(std::move(one));
@@ -85,7 +88,7 @@ CLI::App* add_doctor(CLI::App& app, int& exit_code) {
   CLI::Option* tracker =
       verb->add_flag("--tracker", arguments->talk_to_tracker,
                      "Start the configuration's Aurora, measure for 3 s and stop it: firmware, ports, coils, "
-                     "rate, errors; not while tubed runs");
+                     "rate, errors; not while tubed runs. Behind a CAN gateway: listen for 3 s");
   verb->add_option("--trace", arguments->trace_folder,
                    "Write what went over the line into this folder: aurora-serial-request.log")
       ->needs(tracker);

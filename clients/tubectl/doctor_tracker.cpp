@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 
+#include "clients/tubectl/doctor_can.hpp"
 #include "drivers/aurora_serial/aurora_serial_source.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
@@ -140,7 +141,7 @@ Finding errors(const aurora::PollerCounts& counts, bool uses_text) {
 
 std::vector<NamedFinding> examine_port(const Configuration& configuration) {
   if (!is_aurora(configuration)) {
-    return {};
+    return examine_can_port(configuration);
   }
   SerialPort port(configuration.em_source.device);
   const int error = port.open();
@@ -159,11 +160,14 @@ std::vector<NamedFinding> examine_port(const Configuration& configuration) {
 
 std::vector<NamedFinding> examine_tracker(const Configuration& configuration,
                                           const std::filesystem::path& trace_folder) {
+  if (configuration.em_source.driver == "aurora-can") {
+    return examine_can_bus(configuration);
+  }
   if (!is_aurora(configuration)) {
     return {
         {"tracker",
          {Verdict::kNote,
-          "em.driver is \"" + configuration.em_source.driver + "\": nothing to talk to through a serial port",
+          "em.driver is \"" + configuration.em_source.driver + "\": nothing to talk to at a port or a bus",
           ""}}};
   }
   AuroraSerialSource source(configuration.room, configuration.em_source.settings,

@@ -79,8 +79,8 @@ int CanInterface::configure(int descriptor) const noexcept {
   constexpr int kOn = 1;
   constexpr can_err_mask_t kAllErrors = CAN_ERR_MASK;
   bool good = set(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn);
-  if (use_ == CanUse::kReceive) {
-    good = good && set(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, kOfGateways) &&
+  if (use_ == CanUse::kReceive || use_ == CanUse::kListen) {
+    good = good && (use_ == CanUse::kListen || set(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, kOfGateways)) &&
            set(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, kAllErrors);
     // Without these times are a little later, losses are seen in the frame numbers only.
     set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn);

@@ -168,7 +168,7 @@ std::unique_ptr<CanPort> make_can_port(const std::string& device, CanUse use, in
   if (device.find('/') == std::string::npos) {
     return std::make_unique<CanInterface>(device, use, receive_buffer);
   }
-  if (use == CanUse::kReceive) {
+  if (use == CanUse::kReceive || use == CanUse::kListen) {
     return std::make_unique<LocalBusReceiver>(device);
   }
   return std::make_unique<LocalBusSender>(device);

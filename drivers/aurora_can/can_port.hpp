@@ -69,6 +69,7 @@ class CanPort {
 /// What a receiver needs of the bus, or a gateway.
 enum class CanUse {
   kReceive,      ///< frames of a gateway, and error frames
+  kListen,       ///< frames of everybody, and error frames
   kSendClassic,  ///< nothing is received
   kSendFd
 };

@@ -4,6 +4,7 @@ Runs in the guest of guest.py: a kernel with vcan.
 """
 import contextlib
 import csv
+import json
 import random
 import socket
 import struct
@@ -297,8 +298,43 @@ def frames_that_were_read_too_late_are_told(bed):
     room.valid_again(on_ns)
 
 
+def the_doctor_says_what_is_wrong_with_a_bus(bed):
+    room = CanRoom(bed, "fd")  # its configuration, and a gateway to listen to beside the daemon
+
+    def finds(*expected):
+        done = bed.tubectl("doctor", "--config", str(bed.folder / "tubed-3.toml"), "--json", "--tracker")
+        found = {one["check"]: one for one in json.loads(done.stdout)}
+        for check_name, verdict, words in expected:
+            one = found.get(check_name, {"verdict": "none", "found": "", "advice": ""})
+            say(f"{check_name}: {one['verdict']}: {one['found']} | {one['advice']}")
+            check(one["verdict"] == verdict and words in one["found"] + one["advice"], f"expected {verdict}, '{words}': {found}")
+
+    finds(("tracker port", "good", "up, with CAN FD"), ("bus", "good", "no error frames"), ("gateway", "good", "CAN FD, 5 coils"),
+          ("coils", "good", "all coils"))
+    with silenced(room.gateway):
+        finds(("gateway", "WRONG", "nor of anybody else"))
+        with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as other:
+            other.bind(("vcan0",))
+            ends = threading.Event()
+
+            def chatter():
+                while not ends.wait(0.1):
+                    other.send(struct.pack("<IB3x8s", 0x123, 8, bytes(8)))
+            thread = threading.Thread(target=chatter)
+            thread.start()
+            finds(("gateway", "WRONG", "frames of others"))
+            ends.set()
+            thread.join()
+    ip_link("set", "vcan0", "down")
+    finds(("tracker port", "WRONG", "vcan0 is down"))
+    ip_link("set", "vcan0", "mtu", "16", "up")
+    finds(("tracker port", "note", "classic frames only"))
+    ip_link("del", "vcan0")
+    finds(("tracker port", "WRONG", "vcan0 is not there"))
+
+
 if __name__ == "__main__":
     beds.main(what_was_measured_arrives_over_classic_can, what_was_measured_arrives_over_can_fd,
               lost_classic_frames_cost_their_coils_and_no_pose_is_wrong, lost_fd_frames_cost_their_coils_and_no_pose_is_wrong,
               a_bus_that_went_off_is_told_and_used_again, an_interface_that_went_down_or_away_is_told_and_used_again,
-              frames_that_were_read_too_late_are_told)
+              frames_that_were_read_too_late_are_told, the_doctor_says_what_is_wrong_with_a_bus)

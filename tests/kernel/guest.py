@@ -18,7 +18,7 @@ import time
 SKIP = 77  # SKIP_RETURN_CODE of these tests
 HERE = pathlib.Path(__file__).resolve().parent
 MODULES = ("net/can/can.ko", "net/can/can-raw.ko", "drivers/net/can/dev/can-dev.ko", "drivers/net/can/vcan.ko", "fs/fuse/cuse.ko")
-PATIENCE_S = float(os.environ.get("TUBED_GUEST_SECONDS", "150"))
+PATIENCE_S = float(os.environ.get("TUBED_GUEST_SECONDS", "200"))
 MEMORY = "512M"
 
 

@@ -32,6 +32,8 @@ ip link set lo up
 ip link add vcan0 type vcan && ip link set vcan0 mtu 72 up || { echo "no virtual CAN interface"; finish 1; }
 
 # Nobody else is here: the beds of tests/system need no namespaces of their own.
+# One CPU, and every call of the system costs several times as much.
+export TUBED_TIME_FACTOR=3
 export TUBED_TEST_IN_NAMESPACE=1 TUBED_KERNEL_GUEST=1 PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=/run/tests/system
 IFS=, read -r -a test <<<"$TUBED_TEST"
 case ${test[0]} in
