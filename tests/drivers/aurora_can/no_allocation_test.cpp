@@ -1,0 +1,135 @@
+// Nothing allocates once a source is open: not while frames come, are lost, are damaged, while the bus is off
+// or the interface away.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "drivers/aurora_can/aurora_can_driver.hpp"
+#include "drivers/aurora_can/aurora_can_source.hpp"
+#include "drivers/aurora_can/can_packer.hpp"
+#include "tests/drivers/aurora_can/paired_port.hpp"
+
+namespace {
+thread_local bool counting = false;
+thread_local long allocations = 0;
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  allocations += counting ? 1 : 0;
+  if (void* const memory = std::malloc(size)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+class CanSourceWithoutAllocation : public testing::TestWithParam<CanLayout> {
+ protected:
+  static constexpr int kCoils = 5;
+
+  static AuroraCanSource make_source(Bus& bus) {
+    std::map<std::string, SettingValue> values;
+    for (const SettingDescription& setting : aurora_can_settings()) {
+      values[setting.name] = setting.default_value;
+    }
+    RoomDescription room;
+    room.instruments.resize(1);
+    for (int sensor = 1; sensor <= kCoils; ++sensor) {
+      room.instruments[0].coils.push_back({sensor, 10.0 * sensor, false});
+    }
+    return {room, DriverSettings(std::move(values)), std::make_unique<PairedPort>(bus)};
+  }
+  std::vector<aurora::CanFrame> next_measurement() {
+    CanReport report;
+    report.sync = {8 * ++number, can_time_us(monotonic_now() - milliseconds(5))};
+    for (std::size_t coil = 0; coil < kCoils; ++coil) {
+      report.coils[coil].report = aurora::Report::kValid;
+      report.coils[coil].rotation = {1, 0, 0, 0};
+      report.coils[coil].p_em_mm = {10.0, 0, -200};
+      report.coils[coil].indicator = 0.01;
+      report.coils[coil].port_status.bits = 0x3F;
+    }
+    const auto packed = packer.pack(report, monotonic_now());
+    return {packed.begin(), packed.end()};
+  }
+  ReadOutcome read(std::chrono::nanoseconds longest = milliseconds(0)) {
+    counting = true;
+    const ReadOutcome outcome = source.read(frame, monotonic_now() + longest);
+    static_cast<void>(source.remark());
+    counting = false;
+    frames_read += outcome == ReadOutcome::kFrame ? 1 : 0;
+    return outcome;
+  }
+  /// As the pipeline does after kLost; opening may allocate.
+  void open_again() {
+    source.close();
+    while (!source.open().ok) {
+      source.close();
+    }
+  }
+
+  Bus bus;
+  AuroraCanSource source = make_source(bus);
+  CanPacker packer{GetParam(), kCoils};
+  EmFrame frame;
+  std::uint32_t number = 0;
+  int frames_read = 0;
+};
+INSTANTIATE_TEST_SUITE_P(Layouts, CanSourceWithoutAllocation,
+                         testing::Values(CanLayout::kClassic, CanLayout::kFd));
+
+TEST_P(CanSourceWithoutAllocation, AllocationsAreSeenByThisTest) {
+  allocations = 0;
+  counting = true;
+  const std::vector<int> numbers(100);
+  counting = false;
+  EXPECT_GT(allocations, 0);
+}
+
+TEST_P(CanSourceWithoutAllocation, HoldsWhateverTheBusDoes) {
+  ASSERT_TRUE(source.open().ok);
+  allocations = 0;
+  for (int n = 0; n < 200; ++n) {
+    std::vector<aurora::CanFrame> sent = next_measurement();
+    if (n % 10 == 3) {
+      sent.erase(sent.begin() + 3);
+    } else if (n % 10 == 6) {
+      sent.back().bytes[0] ^= 1;
+    }
+    bus.send(sent);
+    while (read() != ReadOutcome::kTimeout) {
+    }
+  }
+  EXPECT_GT(frames_read, 150);
+  bus.send_error(CAN_ERR_BUSOFF);
+  EXPECT_EQ(read(), ReadOutcome::kLost);
+  open_again();
+  bus.send_error(CAN_ERR_RESTARTED);
+  read(milliseconds(1100));  // silence
+  open_again();
+  bus.refuses_with = ENODEV;
+  bus.unplug();
+  EXPECT_EQ(read(), ReadOutcome::kLost);
+  open_again();
+  read(milliseconds(250));
+  bus.refuses_with = 0;
+  read(milliseconds(150));
+  const int before = frames_read;
+  for (int n = 0; n < 20; ++n) {
+    bus.send(next_measurement());
+    while (read() != ReadOutcome::kTimeout) {
+    }
+  }
+  EXPECT_GT(frames_read, before + 10);
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace tubed
