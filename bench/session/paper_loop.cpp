@@ -73,7 +73,7 @@ class PaperLoop {
     measurement_.origin = frame_.origin;
     measurement_.grabbed = frame_.received;
     measurement_.frangi_started = now();
-    measurement_.rejection = take_image(frame_, measurement_, previous_sum_);
+    measurement_.rejection = door_.take(frame_, measurement_);
     measurement_.state =
         measurement_.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
     const cv::Mat grey(camera_.height, camera_.width, CV_8U, frame_.pixels.data());
@@ -135,7 +135,7 @@ class PaperLoop {
   EmFrame coils_;
   ImageFrame frame_;
   ImageMeasurement measurement_;
-  std::uint64_t previous_sum_ = 0;
+  ImageDoor door_;
   TubeEstimate estimate_;
 };
 

@@ -24,7 +24,7 @@ class Instants {
   Instants() : scene_(SceneSettings{}) {
     const CameraCalibration& camera = room().cameras.front();
     FrangiFilter frangi(camera.width, camera.height, FrangiSettings{});
-    std::uint64_t previous_sum = 0;
+    ImageDoor door;
     ImageFrame frame;
     frame.reserve(camera.width, camera.height);
     for (int k = 0; k < kInstants; ++k) {
@@ -37,7 +37,7 @@ class Instants {
       image.reserve(camera.width, camera.height);
       image.exposure = exposure(k);
       image.frame_number = frame.frame_number;
-      image.rejection = take_image(frame, image, previous_sum);
+      image.rejection = door.take(frame, image);
       if (image.rejection != ImageRejection::kNone)
         throw std::runtime_error("the scene's picture was refused");
       frangi.filter(image.grey, image.vesselness);

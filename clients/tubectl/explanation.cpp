@@ -10,6 +10,7 @@
 
 #include "clients/tubectl/offline_reconstruction.hpp"
 #include "daemon/image/band_likelihood.hpp"
+#include "daemon/image/vesselness_meter.hpp"
 
 namespace tubed {
 
@@ -113,6 +114,14 @@ void find_posterior(Explanation& explanation) {
   }
 }
 
+/// With vesselness everywhere, as a picture shows all of it.
+ImageMeasurement whole(const ImageMeasurement& image, ImageOnDemand& on_demand) {
+  ImageArea all = image.measured;
+  all.add_whole();
+  on_demand.require(all);
+  return image;
+}
+
 Observation without_images(Observation observation) {
   observation.images = {};
   observation.is_image_instant = false;
@@ -186,13 +195,15 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
   const auto estimator = make_estimator(settings, instrument, sequence.room);
   const auto unaware = make_estimator(settings, instrument, sequence.room);  // of the last image
   observe_in_turn(sequence, Images::kMeasured, frangi,
-                  [&](const SequenceInstant& instant, const Observation& observation) {
+                  [&](const SequenceInstant& instant, const Observation& observation, AreaPredictions& next) {
                     const bool last = instant.t_s == row.t_s;
                     unaware->estimate(last ? without_images(observation) : observation, explanation.before);
-                    if (last) {
-                      explanation.image = *observation.images[static_cast<std::size_t>(row.camera)];
-                    }
                     estimator->estimate(observation, explanation.after);
+                    next.add(*estimator, explanation.after);
+                    if (last) {
+                      const auto camera = static_cast<std::size_t>(row.camera);
+                      explanation.image = whole(*observation.images[camera], *observation.on_demand[camera]);
+                    }
                     return !last;
                   });
   const Camera camera(explanation.camera);

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <memory>
 
-#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/area_prediction.hpp"
 #include "daemon/estimator/image_patience.hpp"
-#include "daemon/image/frangi.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "drivers/replay/sequence_image.hpp"
 
@@ -21,13 +20,18 @@ MonotonicTime at(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9
 
 /// The image half of one camera.
 struct CameraBench {
-  FrangiFilter filter;
+  ImageDoor door;
+  VesselnessMeter meter;
   ImageMeasurement measurement;
-  std::uint64_t previous_sum = 0;
+  AreaPrediction prediction;
+  PredictedArea predicted;
+  ImageArea whole;
 
   CameraBench(const CameraCalibration& camera, const FrangiSettings& frangi)
-      : filter(camera.width, camera.height, frangi) {
+      : door(camera.white_level), meter(camera.width, camera.height, frangi), prediction(camera, frangi) {
     measurement.reserve(camera.width, camera.height);
+    whole = measurement.measured;
+    predicted.read_before = ImageArea(camera.width, camera.height);
   }
 
   void measure(const Sequence& sequence, const SequenceFrame& row) {
@@ -46,11 +50,12 @@ struct CameraBench {
     frame.height = image.height;
     frame.depth = image.depth;
     frame.pixels = std::move(image.pixels);
-    measurement.rejection = take_image(frame, measurement, previous_sum);
+    measurement.rejection = door.take(frame, measurement);
     measurement.state =
         measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
     if (measurement.state == ImageState::kMeasured) {
-      filter.filter(measurement.grey, measurement.vesselness);
+      meter.take(measurement, measurement.exposure <= predicted.until ? predicted.area : whole,
+                 predicted.read_before);
     }
   }
 };
@@ -64,6 +69,31 @@ EmFrame em_frame_of(const SequenceMeasurement& measurement) {
   frame.coils = measurement.coils;
   return frame;
 }
+
+/// Tells the cameras of a run where their next images will be read.
+class NextImages final : public AreaPredictions {
+ public:
+  explicit NextImages(std::vector<std::unique_ptr<CameraBench>>& benches) : benches_(benches) {}
+
+  void begin(const Observation& observation) {
+    for (const auto& bench : benches_) {
+      bench->prediction.begin(observation.instant, observation.image_patience);
+    }
+  }
+  void add(const Estimator& estimator, const TubeEstimate& estimate) override {
+    for (const auto& bench : benches_) {
+      bench->prediction.add(estimator.image_need(), estimate);
+    }
+  }
+  void end() {
+    for (const auto& bench : benches_) {
+      bench->predicted = bench->prediction.end();
+    }
+  }
+
+ private:
+  std::vector<std::unique_ptr<CameraBench>>& benches_;
+};
 
 }  // namespace
 
@@ -86,6 +116,7 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
   for (const CameraCalibration& camera : sequence.room.cameras) {
     benches.push_back(std::make_unique<CameraBench>(camera, frangi));
   }
+  NextImages next_images(benches);
   const auto history = std::make_unique<EmHistory>();
   auto next_em = sequence.measurements.begin();
   MonotonicTime newest_image{};
@@ -103,7 +134,9 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
       CameraBench& bench = *benches[static_cast<std::size_t>(frame.camera)];
       if (images == Images::kMeasured) {
         bench.measure(sequence, frame);
+        bench.prediction.on_demand().take(bench.measurement);
         observation.images[static_cast<std::size_t>(frame.camera)] = &bench.measurement;
+        observation.on_demand[static_cast<std::size_t>(frame.camera)] = &bench.prediction.on_demand();
         observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;
         observation.image_rejected = bench.measurement.state == ImageState::kRejected;
         newest_image = bench.measurement.state == ImageState::kMeasured ? observation.instant : newest_image;
@@ -112,9 +145,11 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
     observation.newest_image = newest_image;
     patience.saw_instant(observation.instant);
     observation.image_patience = patience.patience(kMostPatience);
-    if (!on_observation(instant, observation)) {
+    next_images.begin(observation);
+    if (!on_observation(instant, observation, next_images)) {
       return;
     }
+    next_images.end();
   }
 }
 
@@ -124,9 +159,10 @@ void reconstruct(const Sequence& sequence, const EstimatorSettings& settings, co
   const auto estimate = std::make_unique<TubeEstimate>();
   const Images images = settings.mode == EstimatorMode::kEm ? Images::kLeftOut : Images::kMeasured;
   observe_in_turn(sequence, images, frangi,
-                  [&](const SequenceInstant& instant, const Observation& observation) {
+                  [&](const SequenceInstant& instant, const Observation& observation, AreaPredictions& next) {
                     estimate->sequence_number += 1;
                     estimator->estimate(observation, *estimate);
+                    next.add(*estimator, *estimate);
                     on_estimate(instant, *estimate);
                     return true;
                   });

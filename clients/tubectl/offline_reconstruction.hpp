@@ -21,14 +21,22 @@ struct SequenceInstant {
 /// The instants in order of time.
 std::vector<SequenceInstant> instants_of(const Sequence& sequence);
 
+/// Takes the estimates of an instant, so that the next images are measured where they will be read.
+class AreaPredictions {
+ public:
+  virtual ~AreaPredictions() = default;
+  virtual void add(const Estimator& estimator, const TubeEstimate& estimate) = 0;
+};
+
 /// What was known at an instant; the observation and what it points at change with the next one. False: that
 /// was the last one wanted.
-using OnObservation = std::function<bool(const SequenceInstant&, const Observation&)>;
+using OnObservation = std::function<bool(const SequenceInstant&, const Observation&, AreaPredictions&)>;
 
 enum class Images { kLeftOut, kMeasured };
 
 /// Measures every instant in turn as the pipeline does: EM measurements with t <= t_s, the images of the
-/// instant (none when not asked for) checked and filtered. Throws SequenceError for an image that cannot be
+/// instant (none when not asked for) checked and filtered, where the estimates before say that they will be
+/// read and where they are. Throws SequenceError for an image that cannot be
 /// read.
 void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettings& frangi,
                      const OnObservation& on_observation);

@@ -19,6 +19,7 @@ namespace {
 struct ReconstructOptions {
   std::string sequence;
   std::string mode = "filter";
+  std::string area = "band";
   std::string out = "est.csv";
   std::string json;
 };
@@ -54,6 +55,8 @@ int run(const ReconstructOptions& options) {
   const Sequence sequence = read_sequence(options.sequence);
   EstimatorSettings settings;
   settings.mode = mode_named(options.mode).value_or(EstimatorMode::kJoint);
+  FrangiSettings frangi;
+  frangi.area = options.area == "frame" ? FrangiArea::kFrame : FrangiArea::kBand;
   std::ofstream out(options.out);
   if (!out) {
     std::cerr << "tubectl reconstruct: cannot write " << options.out
@@ -62,11 +65,10 @@ int run(const ReconstructOptions& options) {
   }
   write_estimate_header(out);
   Progress progress(instants_of(sequence).size());
-  reconstruct(sequence, settings, FrangiSettings{},
-              [&](const SequenceInstant& instant, const TubeEstimate& estimate) {
-                write_estimate_rows(out, instant.frame, estimate);
-                progress.step(estimate);
-              });
+  reconstruct(sequence, settings, frangi, [&](const SequenceInstant& instant, const TubeEstimate& estimate) {
+    write_estimate_rows(out, instant.frame, estimate);
+    progress.step(estimate);
+  });
   if (!out.flush()) {
     std::cerr << "tubectl reconstruct: writing " << options.out << " failed; is the disk full?\n";
     return 1;
@@ -98,6 +100,10 @@ CLI::App* add_reconstruct(CLI::App& app, int& exit_code) {
                    "em: coils only; paper: as published; joint: coils and images of each instant; filter: "
                    "with what was known before")
       ->check(CLI::IsMember({"em", "paper", "joint", "filter"}))
+      ->capture_default_str();
+  verb->add_option("--area", options->area,
+                   "where images are filtered: band: around the tube; frame: everywhere, as [frangi] area")
+      ->check(CLI::IsMember({"band", "frame"}))
       ->capture_default_str();
   verb->add_option("--out", options->out, "estimates, CSV: frame, s_mm, position, sigma, validity")
       ->capture_default_str();

@@ -34,6 +34,7 @@ CameraCalibration camera_calibration(const CheckedTable& table, Problems& proble
   camera.cy = table.get<double>("cy");
   std::copy_n(table.get<std::vector<double>>("distortion").begin(), camera.distortion.size(),
               camera.distortion.begin());
+  camera.white_level = table.get<double>("white_level");
   camera.T_camera_world = rigid(table, "T_camera_world", problems);
   return camera;
 }

@@ -119,6 +119,11 @@ FrangiSettings frangi_settings(const CheckedTable& file) {
   settings.scales_px = frangi.get<std::vector<double>>("scales_px");
   settings.beta = frangi.get<double>("beta");
   settings.structureness = frangi.get<double>("structureness");
+  settings.polarity =
+      frangi.get<std::string>("polarity") == "bright" ? RidgePolarity::kBright : RidgePolarity::kDark;
+  settings.smoothing = frangi.get<std::string>("smoothing") == "integer16" ? FrangiSmoothing::kInteger16
+                                                                           : FrangiSmoothing::kFloat;
+  settings.area = frangi.get<std::string>("area") == "frame" ? FrangiArea::kFrame : FrangiArea::kBand;
   return settings;
 }
 

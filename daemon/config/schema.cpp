@@ -185,6 +185,8 @@ TableDescription camera_table(const std::vector<std::string>& driver_names) {
           required(real("cx", 0, "px", principal_px, "principal point, x; the first pixel's centre is 0")),
           required(real("cy", 0, "px", principal_px, "principal point, y; the first pixel's centre is 0")),
           distortion,
+          real("white_level", 0, "grey levels", {0, 65535},
+               "of a saturated pixel, such as 4095 of a detector of 12 bits; 0 = learnt from the images"),
           required(matrix("T_camera_world", "mm",
                           "p_camera = T_camera_world * p_world; x right, y down, z depth")),
           required(word("driver", "", driver_names, "the driver of the images")),
@@ -295,13 +297,19 @@ TableDescription frangi_table() {
                         .minimum = 0.5,
                         .maximum = 20,
                         .minimum_count = 1,
-                        .maximum_count = 8,
+                        .maximum_count = kMostFrangiScales,
                         .meaning = "standard deviation of each Gaussian"};
   return {.name = "frangi",
           .meaning = "the filter that finds tubes in an image",
           .keys = {scales, real("beta", d.beta, "", {0.01, 10}, "how much blob-like structure is suppressed"),
                    real("structureness", d.structureness, "grey levels", {0, 65535},
-                        "Frangi's c; 0 = half the greatest Hessian norm of the image")}};
+                        "Frangi's c; 0 = half the greatest Hessian norm of the image"),
+                   word("polarity", "dark", {"dark", "bright"}, "what a tube is on the image"),
+                   word("smoothing", "float", {"float", "integer16"},
+                        "arithmetic of the Gaussians up to 2.5 px; integer16: less time, more rounding"),
+                   word("area", "band", {"band", "frame"},
+                        "what is filtered before the shape is sought; band: around the tubes where they are "
+                        "expected, and what is missing when it is needed; frame: all of every image")}};
 }
 
 KeyDescription from_driver(const SettingDescription& setting) {

@@ -12,6 +12,8 @@
 
 namespace tubed {
 
+class ImageOnDemand;
+
 /// All that is known when a shape is due.
 struct Observation {
   MonotonicTime instant{};        ///< the moment the shape is asked for: mid exposure, or the tick
@@ -20,12 +22,27 @@ struct Observation {
   const EmHistory* em = nullptr;  ///< never nullptr
   /// Per camera the image of this very instant; nullptr where there is none.
   std::array<const ImageMeasurement*, kMaxCameras> images{};
+  /// Of each image where not everything is measured: who measures more of it. nullptr where nobody does;
+  /// what is not measured then is not in view.
+  std::array<ImageOnDemand*, kMaxCameras> on_demand{};
   /// Newest instant at which any camera delivered pixels that were measured; zero = never.
   MonotonicTime newest_image{};
   /// Images older than this are stale.
   std::chrono::nanoseconds image_patience{0};
   bool fluoroscopy_off = false;  ///< the newest word of the image sources: no radiation
   bool image_rejected = false;   ///< the newest image was refused
+};
+
+/// What an estimator is going to read of the next image.
+struct ImageNeed {
+  enum class Kind {
+    kNothing,
+    kAroundTube,  ///< near the tube, which is trusted to be where the newest estimate has it
+    kWhole,       ///< anything
+  };
+  Kind kind = Kind::kWhole;
+  double reach_px = 0;       ///< from the tube to either side; of kAroundTube
+  double beyond_tip_px = 0;  ///< further around the tip
 };
 
 /// Turns observations into estimates. Called by the optimizer thread only; estimate() never allocates, locks,
@@ -39,6 +56,9 @@ class Estimator {
 
   /// Fills everything of `estimate` but instrument, sequence_number and the pipeline's own stamps.
   virtual void estimate(const Observation& observation, TubeEstimate& estimate) noexcept = 0;
+
+  /// What it will read of the next image, as things stand after the newest estimate.
+  [[nodiscard]] virtual ImageNeed image_need() const noexcept { return {}; }
 
   /// Forgets the past.
   virtual void reset() noexcept = 0;

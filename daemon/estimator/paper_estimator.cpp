@@ -5,6 +5,8 @@
 #include <cmath>
 #include <exception>
 
+#include "daemon/image/vesselness_meter.hpp"
+
 namespace tubed {
 
 namespace {
@@ -133,6 +135,11 @@ bool PaperEstimator::solve(const Observation& observation, const CoilObservation
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     const ImageMeasurement* image = observation.images[camera];
     if (image != nullptr && image->state == ImageState::kMeasured) {
+      if (observation.on_demand[camera] != nullptr) {
+        ImageArea whole = image->measured;
+        whole.add_whole();
+        observation.on_demand[camera]->require(whole);
+      }
       images_ = fuse(*image, camera, coils, *em, estimate);
       break;
     }

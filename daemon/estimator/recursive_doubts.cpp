@@ -21,6 +21,14 @@ constexpr int kDoubtedTimes = 2;
 
 }  // namespace
 
+// An estimate that images or coils speak against may have to be begun again somewhere else.
+ImageNeed RecursiveEstimator::image_need() const noexcept {
+  const bool trusted = state_.begun && state_.images_without_tube == 0 && state_.doubted_times == 0 &&
+                       images_ != ImageVerdict::kLost;
+  return {trusted ? ImageNeed::Kind::kAroundTube : ImageNeed::Kind::kWhole, kFirstReach_px,
+          TubeViews::kBeyondTip_px};
+}
+
 double RecursiveEstimator::distance_from_coils(const CoilObservations& coils,
                                                const Eigen::Matrix3Xd& C) const {
   double chi_squared = 0;

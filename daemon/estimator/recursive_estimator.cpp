@@ -21,7 +21,7 @@ constexpr double kFreedomMost = 10;
 constexpr double kFewestAgreeing = 0.62;  // share of lines; as in SingleFrameSolver
 constexpr double kDoubtfulAgreeing = 0.78;
 constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
-constexpr std::array<int, 2> kReaches_px = {10, 5};
+constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 

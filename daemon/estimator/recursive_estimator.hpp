@@ -23,8 +23,12 @@ class RecursiveEstimator final : public Estimator {
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                      const RoomDescription& room);
 
+  /// How far to either side of the prediction an image is searched first.
+  static constexpr int kFirstReach_px = 10;
+
   void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
+  [[nodiscard]] ImageNeed image_need() const noexcept override;
 
  private:
   /// How long a coil has contradicted the prediction.

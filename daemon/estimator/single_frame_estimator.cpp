@@ -20,6 +20,14 @@ void SingleFrameEstimator::reset() noexcept {
   has_covariance_ = false;
 }
 
+ImageNeed SingleFrameEstimator::image_need() const noexcept {
+  if (settings_.mode == EstimatorMode::kEm || !registered_) {
+    return {.kind = ImageNeed::Kind::kNothing};
+  }
+  return {has_shape_ ? ImageNeed::Kind::kAroundTube : ImageNeed::Kind::kWhole, settings_.image_search_px,
+          TubeViews::kBeyondTip_px};
+}
+
 void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
   ImageVerdict images = ImageVerdict::kNone;

@@ -15,6 +15,7 @@ class SingleFrameEstimator final : public Estimator {
 
   void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
+  [[nodiscard]] ImageNeed image_need() const noexcept override;
 
  private:
   EstimatorSettings settings_;

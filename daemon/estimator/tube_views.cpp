@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/image/tube_end.hpp"
+#include "daemon/image/vesselness_meter.hpp"
 
 namespace tubed {
 
@@ -25,6 +26,7 @@ TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescript
     : settings_(settings), layout_(instrument.length_mm), radius_mm_(instrument.diameter_mm / 2) {
   for (const CameraCalibration& calibration : room.cameras) {
     views_.push_back(View{Camera(calibration)});
+    areas_.emplace_back(calibration.width, calibration.height);
   }
 }
 
@@ -40,7 +42,8 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
       continue;
     }
     View& view = views_[v];
-    measure_view(*image, view, project_lines(view.camera, spline, C, layout_, radius_mm_, lines_), reach_px);
+    const int in_view = project_lines(view.camera, spline, C, layout_, radius_mm_, lines_);
+    measure_view(*image, view, see_lines(observation, v, in_view, reach_px), reach_px);
     looked = true;
     estimate.has_image = estimate.has_image || view.count > 0;
     estimate.image_inlier_ratio =
@@ -48,6 +51,17 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
     estimate.in_view_ratio = std::max(estimate.in_view_ratio, static_cast<float>(view.in_view_ratio));
   }
   return looked;
+}
+
+// Has measured what is going to be read. A line where that is not to be had is not in view.
+int TubeViews::see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px) {
+  if (observation.on_demand[v] != nullptr) {
+    areas_[v].clear();
+    add_lines(lines_, layout_, reach_px, kBeyondTip_px, areas_[v]);
+    observation.on_demand[v]->require(areas_[v]);
+  }
+  return in_view -
+         drop_unmeasured_lines(observation.images[v]->measured, layout_, reach_px, kBeyondTip_px, lines_);
 }
 
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px) {

@@ -30,6 +30,9 @@ class TubeViews {
   std::span<const ViewConstraints> constraints(const Observation& observation, double variance_factor,
                                                bool only_of_instant);
 
+  /// How far beyond the lines' reach an image is read around the tip.
+  static constexpr double kBeyondTip_px = 22;
+
   /// Exposure of the newest image that lines were kept of; zero: none.
   [[nodiscard]] MonotonicTime newest_exposure() const;
 
@@ -51,6 +54,7 @@ class TubeViews {
     double in_view_ratio = 0;
   };
 
+  int see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height);
 
@@ -60,6 +64,7 @@ class TubeViews {
   LineSearch search_;
   CorrespondenceLines lines_{};
   LineLayout layout_;
+  std::vector<ImageArea> areas_;  ///< scratch, one a view
   double radius_mm_;
 };
 

@@ -20,6 +20,7 @@ struct CameraCalibration {
   double cx = 0, cy = 0;               ///< principal point, px
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3, OpenCV's order
   RigidTransform T_camera_world = RigidTransform::Identity();
+  double white_level = 0;  ///< grey value of a saturated pixel of its detector; 0: not known
 };
 
 /// A point in the image and how it moves with the point in the world.

@@ -37,7 +37,8 @@ void BandLikelihood::choose_band(const ImageMeasurement& image, std::span<const 
   for (std::size_t index = 0; index < nearest_.size(); ++index) {
     const Nearest& nearest = nearest_[index];
     const bool behind = nearest.segment + 2 == path.size() && nearest.along >= 1;
-    if (nearest.round == round_ && !(behind && end == PathEnd::kGoesOn)) {
+    if (nearest.round == round_ && image.measured.holds_pixel(index) &&
+        !(behind && end == PathEnd::kGoesOn)) {
       pixels_.push_back({index, static_cast<float>(signed_distance(path, nearest))});
     }
   }

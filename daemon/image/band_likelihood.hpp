@@ -47,8 +47,8 @@ struct BandOffset {
 class BandLikelihood {
  public:
   /// Takes as Omega the pixels nearer than `reach_px` to the path's contour (or inside it), with their P_f
-  /// and P_b; behind the last vertex as `end` says. Vertices may lie outside the image; those that are not
-  /// finite are passed over.
+  /// and P_b; behind the last vertex as `end` says. Pixels that are not measured are left out.
+  /// Vertices may lie outside the image; those that are not finite are passed over.
   void choose_band(const ImageMeasurement& image, std::span<const PathVertex> path, double reach_px,
                    const AppearanceModel& model, PathEnd end = PathEnd::kCapped);
 

@@ -13,6 +13,7 @@ constexpr double kStencilVariance = 0.2;  // what the 3 x 3 second-derivative st
 constexpr double kKernelReach = 3.3;      // Gaussian cut at 3.3 sigma
 constexpr double kCoarsestInteger = 2.5;  // px; beyond, second derivatives drown in the rounding of 16 bits
 constexpr float kLog2E = 1.44269504F;
+constexpr int kStreamedRows = 4;  // the three that the Hessian needs, and a power of two
 
 // What is streamed at once, so that source and maps of a block stay in the second-level cache for all scales.
 constexpr int kBlockWidth = 512;
@@ -63,6 +64,10 @@ bool suits_integers(double sigma_px, FrangiSmoothing smoothing) {
 }
 
 int greatest_reach(const std::vector<double>& scales_px) {
+  if (scales_px.size() > kMostFrangiScales) {
+    throw std::invalid_argument("Frangi filter of " + std::to_string(scales_px.size()) +
+                                " scales: must be 8 at most");
+  }
   int greatest = 0;
   for (const double sigma : scales_px) {
     if (!(sigma >= 0.5 && sigma <= 20)) {
@@ -115,14 +120,21 @@ unsigned bits_in_use(std::span<const std::uint16_t> pixels) {
 }
 
 template <typename Pixel>
-void repeat_outermost(Pixel* row, int width, int margin, const PixelRectangle& loaded) {
-  if (loaded.left == 0) {
+void repeat_outermost(Pixel* row, int width, int margin, int loaded_left, int loaded_right) {
+  if (loaded_left == 0) {
     std::fill(row - margin, row, row[0]);
   }
-  if (loaded.right == width) {
+  if (loaded_right == width) {
     std::fill(row + width, row + width + margin, row[width - 1]);
   }
 }
+
+/// Hessian norm, grey levels, of its unscaled square.
+float norm_of(float squared, const ResponseScale& response) {
+  return std::abs(response.variance) * std::sqrt(squared);
+}
+
+float half_of(float norm) { return std::max(0.5F * norm, 1e-6F); }
 
 RidgeRow row_of(const RidgeMaps& maps, int y, int width) {
   const auto first = static_cast<std::ptrdiff_t>(y) * width;
@@ -134,7 +146,7 @@ RidgeRow row_of(const RidgeMaps& maps, int y, int width) {
 
 }  // namespace
 
-FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings)
+FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings, FrangiMemory memory)
     : width_(checked_size(width)),
       height_(checked_size(height)),
       polarity_(settings.polarity == RidgePolarity::kDark ? 1.0F : -1.0F),
@@ -145,19 +157,25 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
                       [&](double sigma) { return suits_integers(sigma, settings.smoothing); })),
       any_float_scale_(!std::all_of(settings.scales_px.begin(), settings.scales_px.end(),
                                     [&](double sigma) { return suits_integers(sigma, settings.smoothing); })),
+      keeps_whole_image_(memory == FrangiMemory::kWholeImage),
+      renewed_(width, height),
       margin_(greatest_reach(settings.scales_px) + 1),
       source_(width, height, margin_),
       source_words_(width, any_integer_scale_ ? height : 1, margin_),
       between_(width, 1, margin_),
       between_words_(width, 1, margin_),
-      smoothed_(width, height + 2, margin_),
+      smoothed_(width, keeps_whole_image_ ? height + 2 : kStreamedRows, margin_),
+      column_norms_(static_cast<std::size_t>(width)),
+      loaded_(static_cast<std::size_t>(height)),
       rows_(static_cast<std::size_t>(2 * margin_)),
       word_rows_(rows_.size()) {
   for (const double sigma : settings.scales_px) {
     const std::vector<float> weights = gaussian_weights(sigma);
     scales_.push_back({static_cast<float>(sigma), reach_of(sigma), suits_integers(sigma, settings.smoothing),
-                       weights, pair_weights(weights), static_cast<float>(settings.structureness)});
+                       weights, pair_weights(weights), static_cast<float>(settings.structureness),
+                       std::vector<float>(static_cast<std::size_t>(renewed_.cell_count()), 0.0F)});
   }
+  rectangles_.reserve(static_cast<std::size_t>(renewed_.cell_count()));
 }
 
 PixelRectangle FrangiFilter::usable(const PixelRectangle& tile) const {
@@ -178,52 +196,72 @@ ResponseScale FrangiFilter::response_of(const Scale& scale) const {
           .first = &scale == scales_.data()};
 }
 
-template <typename Pixel>
-void FrangiFilter::load_floats(std::span<const Pixel> grey, const PixelRectangle& part) {
-  for (int y = part.top; y < part.bottom; ++y) {
-    float* row = source_.row(y);
-    convert_row(grey.data() + static_cast<std::ptrdiff_t>(y) * width_ + part.left, part.width(),
-                row + part.left);
-    repeat_outermost(row, width_, margin_, part);
-  }
-}
-
-template <typename Pixel>
-void FrangiFilter::load_words(std::span<const Pixel> grey, const PixelRectangle& part) {
-  for (int y = part.top; y < part.bottom; ++y) {
-    std::uint16_t* row = source_words_.row(y);
-    convert_row(grey.data() + static_cast<std::ptrdiff_t>(y) * width_ + part.left, part.width(), shift_,
-                row + part.left);
-    repeat_outermost(row, width_, margin_, part);
-  }
-}
-
-// 16-bit pixels are shifted up as far as the image allows: detectors of 12 bits use all 16 of the smoothing.
+// Pixels of 16 bits are shifted up as far as the image allows: detectors of 12 bits use all 16 of the
+// smoothing.
 void FrangiFilter::choose_gain(const GreyPixels& grey) {
   integer_image_ = !std::holds_alternative<std::span<const float>>(grey.depths());
   shift_ = 8;
   if (const auto* words = std::get_if<std::span<const std::uint16_t>>(&grey.depths())) {
     shift_ = std::min(std::countl_zero(static_cast<std::uint16_t>(bits_in_use(*words))), 15);
   }
+  if (const auto* numbers = std::get_if<GreyPixels::WholeNumbers>(&grey.depths())) {
+    const auto brightest = static_cast<std::uint16_t>(numbers->brightest);
+    shift_ = std::min(std::countl_zero(brightest), 15);
+  }
 }
 
-// Brings the pixels of `part` and what the kernels reach beyond it into the padded source.
-void FrangiFilter::load(const GreyPixels& grey, const PixelRectangle& part) {
-  const PixelRectangle read = clipped(
-      {part.left - margin_, part.top - margin_, part.right + margin_, part.bottom + margin_}, whole());
+void FrangiFilter::begin_image(const GreyPixels& grey) {
+  choose_gain(grey);
+  std::fill(loaded_.begin(), loaded_.end(), RowPart{});
+}
+
+template <typename Pixel>
+void FrangiFilter::load_row_of(const Pixel* grey, int y, const RowPart& part, bool whole_numbers) {
+  const Pixel* from = grey + static_cast<std::ptrdiff_t>(y) * width_ + part.left;
+  const int count = part.right - part.left;
+  if (any_integer_scale_ && whole_numbers) {
+    std::uint16_t* row = source_words_.row(y);
+    convert_row(from, count, shift_, row + part.left);
+    repeat_outermost(row, width_, margin_, part.left, part.right);
+  }
+  if (any_float_scale_ || !whole_numbers) {
+    float* row = source_.row(y);
+    convert_row(from, count, row + part.left);
+    repeat_outermost(row, width_, margin_, part.left, part.right);
+  }
+}
+
+void FrangiFilter::load_row(const GreyPixels& grey, int y, const RowPart& part) {
+  if (part.left >= part.right) {
+    return;
+  }
   std::visit(
       [&](const auto& pixels) {
-        using Pixel = std::remove_const_t<typename std::decay_t<decltype(pixels)>::element_type>;
-        if constexpr (!std::is_same_v<Pixel, float>) {
-          if (any_integer_scale_) {
-            load_words<Pixel>(pixels, read);
-          }
-        }
-        if (any_float_scale_ || !integer_image_) {
-          load_floats<Pixel>(pixels, read);
+        if constexpr (std::is_same_v<std::decay_t<decltype(pixels)>, GreyPixels::WholeNumbers>) {
+          load_row_of(pixels.pixels.data(), y, part, true);
+        } else {
+          load_row_of(pixels.data(), y, part, integer_image_);
         }
       },
       grey.depths());
+}
+
+// Brings the pixels of `part` and what the kernels reach beyond it into the padded source, where they are not
+// there yet. What is there of a row stays one piece.
+void FrangiFilter::load(const GreyPixels& grey, const PixelRectangle& part) {
+  const PixelRectangle read = clipped(
+      {part.left - margin_, part.top - margin_, part.right + margin_, part.bottom + margin_}, whole());
+  for (int y = read.top; y < read.bottom; ++y) {
+    RowPart& loaded = loaded_[static_cast<std::size_t>(y)];
+    if (loaded.left >= loaded.right) {
+      load_row(grey, y, {read.left, read.right});
+      loaded = {read.left, read.right};
+    } else {
+      load_row(grey, y, {read.left, loaded.left});
+      load_row(grey, y, {loaded.right, read.right});
+      loaded = {std::min(loaded.left, read.left), std::max(loaded.right, read.right)};
+    }
+  }
 }
 
 // Columns begin .. end - 1 of row y, -1 .. height, into `out`.
@@ -249,7 +287,7 @@ void FrangiFilter::smooth(const Scale& scale, int y, int begin, int end, float* 
 // Smoothed rows live no longer than the three that the Hessian needs.
 void FrangiFilter::stream(const Scale& scale, const PixelRectangle& block, const RidgeMaps& maps) {
   const ResponseScale response = response_of(scale);
-  const auto ring = [this](int y) { return smoothed_.row((y + 1) & 3); };
+  const auto ring = [this](int y) { return smoothed_.row((y + 1) & (kStreamedRows - 1)); };
   for (int y = block.top - 1; y <= block.bottom; ++y) {
     smooth(scale, y, block.left - 1, block.right + 1, ring(y));
     if (y > block.top) {
@@ -272,7 +310,73 @@ void FrangiFilter::find_structureness(Scale& scale) {
                                                            smoothed_.row(y + 2), block.left, block.right}));
     }
   });
-  scale.c = std::max(0.5F * std::abs(response_of(scale).variance) * std::sqrt(greatest), 1e-6F);
+  scale.c = half_of(norm_of(greatest, response_of(scale)));
+}
+
+// Of cells side by side, without keeping what is smoothed. The outermost cell may be narrower than a
+// register.
+void FrangiFilter::find_cell_norms(Scale& scale, const PixelRectangle& row_of_cells) {
+  const PixelRectangle part = usable(row_of_cells);
+  const auto ring = [this](int y) { return smoothed_.row((y + 1) & (kStreamedRows - 1)); };
+  std::fill(column_norms_.begin() + part.left, column_norms_.begin() + part.right, 0.0F);
+  for (int y = part.top - 1; y <= part.bottom; ++y) {
+    smooth(scale, y, part.left - 1, part.right + 1, ring(y));
+    if (y > part.top) {
+      keep_greatest_squared_norms({ring(y - 2), ring(y - 1), ring(y), part.left, part.right},
+                                  column_norms_.data());
+    }
+  }
+  const ResponseScale response = response_of(scale);
+  for (int left = row_of_cells.left; left < row_of_cells.right; left += ImageArea::kCell_px) {
+    const auto first = column_norms_.begin() + left;
+    const auto last = column_norms_.begin() + std::min(left + ImageArea::kCell_px, row_of_cells.right);
+    scale.cell_norms[renewed_.index_of_pixel(left, row_of_cells.top)] =
+        norm_of(*std::max_element(first, last), response);
+  }
+}
+
+// Of all cells in renewed_; then c.
+void FrangiFilter::find_cell_norms(const GreyPixels& grey) {
+  renewed_.to_rectangles(rectangles_);
+  for (const PixelRectangle& rectangle : rectangles_) {
+    load(grey, usable(rectangle));
+    for (int top = rectangle.top; top < rectangle.bottom; top += ImageArea::kCell_px) {
+      const int bottom = std::min(top + ImageArea::kCell_px, rectangle.bottom);
+      for (Scale& scale : scales_) {
+        find_cell_norms(scale, {rectangle.left, top, rectangle.right, bottom});
+      }
+    }
+  }
+  for (Scale& scale : scales_) {
+    scale.c = half_of(*std::max_element(scale.cell_norms.begin(), scale.cell_norms.end()));
+  }
+}
+
+void FrangiFilter::find_structureness_in_rows(const GreyPixels& grey) {
+  renewed_.add_whole();
+  find_cell_norms(grey);
+  next_slice_ = 0;
+}
+
+void FrangiFilter::renew_structureness(const GreyPixels& grey, const ImageArea& area) {
+  if (fixed_c_) {
+    return;
+  }
+  begin_image(grey);
+  if (next_slice_ < 0) {
+    find_structureness_in_rows(grey);
+    return;
+  }
+  renewed_ = area;
+  renewed_.add_slice(next_slice_, kSlices);
+  next_slice_ = (next_slice_ + 1) % kSlices;
+  find_cell_norms(grey);
+}
+
+void FrangiFilter::set_structureness(std::span<const float> c) {
+  for (std::size_t i = 0; i < scales_.size(); ++i) {
+    scales_[i].c = c[i];
+  }
 }
 
 void FrangiFilter::respond_everywhere(const Scale& scale, const RidgeMaps& maps) {
@@ -283,43 +387,42 @@ void FrangiFilter::respond_everywhere(const Scale& scale, const RidgeMaps& maps)
   }
 }
 
+void FrangiFilter::stream_scales(const PixelRectangle& part, const RidgeMaps& maps) {
+  for_each_block(part, [&](const PixelRectangle& block) {
+    for (const Scale& scale : scales_) {
+      stream(scale, block, maps);
+    }
+  });
+}
+
 void FrangiFilter::filter(const GreyPixels& grey, const RidgeMaps& maps) {
-  choose_gain(grey);
+  begin_image(grey);
   load(grey, whole());
-  if (fixed_c_) {
-    for_each_block(whole(), [&](const PixelRectangle& block) {
-      for (const Scale& scale : scales_) {
-        stream(scale, block, maps);
-      }
-    });
+  if (!fixed_c_ && keeps_whole_image_) {
+    for (Scale& scale : scales_) {
+      find_structureness(scale);
+      respond_everywhere(scale, maps);
+    }
     return;
   }
-  for (Scale& scale : scales_) {
-    find_structureness(scale);
-    respond_everywhere(scale, maps);
+  if (!fixed_c_) {
+    find_structureness_in_rows(grey);
   }
+  stream_scales(whole(), maps);
 }
 
 void FrangiFilter::filter_tiles(const GreyPixels& grey, std::span<const PixelRectangle> tiles,
                                 const RidgeMaps& maps) {
-  choose_gain(grey);
+  begin_image(grey);
   if (scales_.front().c == 0) {
-    load(grey, whole());
-    for (Scale& scale : scales_) {
-      find_structureness(scale);
-    }
+    find_structureness_in_rows(grey);
   }
   for (const PixelRectangle& tile : tiles) {
     const PixelRectangle part = usable(tile);
-    if (part.width() <= 0 || part.height() <= 0) {
-      continue;
+    if (part.width() > 0 && part.height() > 0) {
+      load(grey, part);
+      stream_scales(part, maps);
     }
-    load(grey, part);
-    for_each_block(part, [&](const PixelRectangle& block) {
-      for (const Scale& scale : scales_) {
-        stream(scale, block, maps);
-      }
-    });
   }
 }
 

@@ -2,10 +2,10 @@
 // Frangi 1998).
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -13,6 +13,7 @@
 #include "daemon/image/frangi_kernels.hpp"
 #include "daemon/image/frangi_plane.hpp"
 #include "daemon/image/frangi_settings.hpp"
+#include "daemon/image/image_area.hpp"
 
 namespace tubed {
 
@@ -25,8 +26,15 @@ class GreyPixels {
   template <typename Pixel>
   GreyPixels(const std::vector<Pixel>& pixels) : pixels_(std::span<const Pixel>(pixels)) {}
 
-  using Depths =
-      std::variant<std::span<const float>, std::span<const std::uint8_t>, std::span<const std::uint16_t>>;
+  /// Grey values of an integer image that are kept in float: smoothed as integers where that is set.
+  struct WholeNumbers {
+    std::span<const float> pixels;  ///< 0 .. brightest, without fractions
+    float brightest = 0;            ///< up to 65535
+  };
+  GreyPixels(const WholeNumbers& pixels) : pixels_(pixels) {}
+
+  using Depths = std::variant<std::span<const float>, std::span<const std::uint8_t>,
+                              std::span<const std::uint16_t>, WholeNumbers>;
   [[nodiscard]] const Depths& depths() const { return pixels_; }
 
  private:
@@ -48,6 +56,12 @@ inline float ridge_angle_rad(float double_angle_cos, float double_angle_sin) {
   return 0.5F * std::atan2(double_angle_sin, double_angle_cos);
 }
 
+/// What a filter keeps of an image it works on.
+enum class FrangiMemory {
+  kWholeImage,  ///< all smoothed pixels of a scale: whole images with structureness 0 are filtered at once
+  kRows,        ///< a few rows: less memory for who filters tiles; such whole images are smoothed twice
+};
+
 /// Multi-scale Frangi filter of one image size. Called by one thread (that camera's Frangi stage); all memory
 /// is taken in the constructor, nothing else allocates.
 ///
@@ -60,9 +74,10 @@ class FrangiFilter {
   /// Least size of an image, px.
   static constexpr int kLeastSize = 16;
 
-  /// Throws std::invalid_argument when the image is smaller than 16 x 16 px, there is no scale, or a scale is
-  /// not within 0.5 .. 20 px.
-  FrangiFilter(int width, int height, const FrangiSettings& settings);
+  /// Throws std::invalid_argument when the image is smaller than 16 x 16 px, there is no scale or more than
+  /// 8, or a scale is not within 0.5 .. 20 px.
+  FrangiFilter(int width, int height, const FrangiSettings& settings,
+               FrangiMemory memory = FrangiMemory::kWholeImage);
 
   /// Filters the whole image. Precondition: `grey` and the maps have width x height pixels.
   void filter(const GreyPixels& grey, const RidgeMaps& maps);
@@ -70,15 +85,27 @@ class FrangiFilter {
 
   /// Filters the pixels inside the rectangles (they may overlap or reach beyond the image; those narrower
   /// than 16 px are widened); pixels elsewhere keep what they hold. With structureness 0, c is that of the
-  /// last whole image; where there has been none, this image's. Pixels are the same as those of the whole
-  /// image with equal c.
+  /// last whole image, or as renewed or set since; where there has been none, this image's. Pixels are the
+  /// same as those of the whole image with equal c.
   void filter_tiles(const GreyPixels& grey, std::span<const PixelRectangle> tiles, const RidgeMaps& maps);
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
 
+  /// Parts of the image that renew_structureness() goes through in turn.
+  static constexpr int kSlices = 16;
+
+  /// For structureness 0 (does nothing otherwise) without a whole image: measures the greatest Hessian norm
+  /// of each cell of `area` and of the next one of 16 horizontal slices of the image; in all cells the first
+  /// time. c becomes half the greatest of the cells' newest norms, so that images cost the same.
+  void renew_structureness(const GreyPixels& grey, const ImageArea& area);
+
   /// c of scale `i`, grey levels: as configured, or found in the last whole image (0: none yet).
   [[nodiscard]] float structureness(std::size_t i) const { return scales_[i].c; }
+  /// c of every scale, as another filter found it for this image. Precondition: as many as scales, positive.
+  void set_structureness(std::span<const float> c);
+
+  [[nodiscard]] std::size_t scale_count() const { return scales_.size(); }
 
  private:
   struct Scale {
@@ -88,6 +115,13 @@ class FrangiFilter {
     std::vector<float> weights;        ///< from the centre outwards
     std::vector<std::uint16_t> pairs;  ///< GaussianTaps::pairs
     float c;
+    std::vector<float> cell_norms{};  ///< newest greatest Hessian norm of each cell, grey levels
+  };
+
+  /// Columns left <= x < right of one row; none where left >= right.
+  struct RowPart {
+    int left = 0;
+    int right = 0;
   };
 
   [[nodiscard]] PixelRectangle whole() const { return {0, 0, width_, height_}; }
@@ -95,16 +129,20 @@ class FrangiFilter {
   [[nodiscard]] PixelRectangle usable(const PixelRectangle& tile) const;
   [[nodiscard]] ResponseScale response_of(const Scale& scale) const;
 
+  void begin_image(const GreyPixels& grey);
   void load(const GreyPixels& grey, const PixelRectangle& part);
+  void load_row(const GreyPixels& grey, int y, const RowPart& part);
   template <typename Pixel>
-  void load_floats(std::span<const Pixel> grey, const PixelRectangle& part);
-  template <typename Pixel>
-  void load_words(std::span<const Pixel> grey, const PixelRectangle& part);
+  void load_row_of(const Pixel* grey, int y, const RowPart& part, bool whole_numbers);
   void choose_gain(const GreyPixels& grey);
 
   void smooth(const Scale& scale, int y, int begin, int end, float* out);
   void stream(const Scale& scale, const PixelRectangle& block, const RidgeMaps& maps);
   void find_structureness(Scale& scale);
+  void find_cell_norms(const GreyPixels& grey);
+  void find_cell_norms(Scale& scale, const PixelRectangle& row_of_cells);
+  void find_structureness_in_rows(const GreyPixels& grey);
+  void stream_scales(const PixelRectangle& part, const RidgeMaps& maps);
   void respond_everywhere(const Scale& scale, const RidgeMaps& maps);
 
   int width_;
@@ -114,15 +152,21 @@ class FrangiFilter {
   bool fixed_c_;
   bool any_integer_scale_;
   bool any_float_scale_;
-  bool integer_image_ = false;  ///< the loaded image is of 8 or 16 bits
-  int shift_ = 0;               ///< loaded integers are grey values times 2^shift
+  bool keeps_whole_image_;
+  bool integer_image_ = false;              ///< the loaded image is of 8 or 16 bits
+  int next_slice_ = -1;                     ///< -1: none has been measured
+  ImageArea renewed_;                       ///< whose norms are measured
+  std::vector<PixelRectangle> rectangles_;  ///< of renewed_
+  int shift_ = 0;                           ///< loaded integers are grey values times 2^shift
   std::vector<Scale> scales_;
   int margin_;
   PaddedPlane<float> source_;
   PaddedPlane<std::uint16_t> source_words_;  ///< of one row where 16-bit smoothing is not configured
   PaddedPlane<float> between_;               ///< one row
   PaddedPlane<std::uint16_t> between_words_;
-  PaddedPlane<float> smoothed_;  ///< row y of the image at y + 1; while streaming, the last four rows
+  PaddedPlane<float> smoothed_;      ///< row y of the image at y + 1; while streaming, the last four rows
+  std::vector<float> column_norms_;  ///< scratch: greatest squared norm of each column of a row of cells
+  std::vector<RowPart> loaded_;      ///< of each row of the source, of the present image
   std::vector<const float*> rows_;
   std::vector<const std::uint16_t*> word_rows_;
 };

@@ -170,16 +170,30 @@ HWY_INLINE auto hessian_at(Floats d, const SmoothedRows& rows, int x) {
   return Hessian<hn::Vec<Floats>>{xx, yy, hn::Add(above, below)};
 }
 
+HWY_INLINE hn::Vec<Floats> squared_norm_at(const SmoothedRows& rows, int x) {
+  const Floats d;
+  const auto h = hessian_at(d, rows, x);
+  const auto squares = hn::MulAdd(h.xx, h.xx, hn::Mul(h.yy, h.yy));
+  return hn::MulAdd(hn::Mul(h.xy4, hn::Set(d, 0.125F)), h.xy4, squares);
+}
+
 float greatest_norm(const SmoothedRows& rows) {
   const Floats d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   auto greatest = hn::Zero(d);
   for (int x = rows.begin; x < rows.end; x += lanes) {
-    const auto h = hessian_at(d, rows, std::min(x, rows.end - lanes));
-    const auto squares = hn::MulAdd(h.xx, h.xx, hn::Mul(h.yy, h.yy));
-    greatest = hn::Max(greatest, hn::MulAdd(hn::Mul(h.xy4, hn::Set(d, 0.125F)), h.xy4, squares));
+    greatest = hn::Max(greatest, squared_norm_at(rows, std::min(x, rows.end - lanes)));
   }
   return hn::GetLane(hn::MaxOfLanes(d, greatest));
+}
+
+void keep_greatest_norms(const SmoothedRows& rows, float* greatest) {
+  const Floats d;
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  for (int begin = rows.begin; begin < rows.end; begin += lanes) {
+    const int x = std::min(begin, rows.end - lanes);
+    hn::StoreU(hn::Max(hn::LoadU(d, greatest + x), squared_norm_at(rows, x)), d, greatest + x);
+  }
 }
 
 // For dark ridges the eigenvalue of greater magnitude is positive: it is mean + spread, and mean > 0.
@@ -261,6 +275,11 @@ void bytes_to_words(const std::uint8_t* from, int count, int shift, std::uint16_
 void words_to_words(const std::uint16_t* from, int count, int shift, std::uint16_t* to) {
   to_words(from, count, shift, to);
 }
+void floats_to_words(const float* HWY_RESTRICT from, int count, int shift, std::uint16_t* HWY_RESTRICT to) {
+  for (int i = 0; i < count; ++i) {
+    to[i] = static_cast<std::uint16_t>(static_cast<int>(from[i]) << shift);
+  }
+}
 
 std::int64_t instruction_set() { return HWY_TARGET; }
 
@@ -276,17 +295,22 @@ namespace {
 HWY_EXPORT(smooth_float);
 HWY_EXPORT(smooth_integer);
 HWY_EXPORT(greatest_norm);
+HWY_EXPORT(keep_greatest_norms);
 HWY_EXPORT(respond_row);
 HWY_EXPORT(bytes_to_floats);
 HWY_EXPORT(words_to_floats);
 HWY_EXPORT(bytes_to_words);
 HWY_EXPORT(words_to_words);
+HWY_EXPORT(floats_to_words);
 HWY_EXPORT(instruction_set);
 }  // namespace
 
 void smooth_row(const SmoothFloatRow& task) { HWY_DYNAMIC_DISPATCH(smooth_float)(task); }
 void smooth_row(const SmoothIntegerRow& task) { HWY_DYNAMIC_DISPATCH(smooth_integer)(task); }
 float greatest_squared_norm(const SmoothedRows& rows) { return HWY_DYNAMIC_DISPATCH(greatest_norm)(rows); }
+void keep_greatest_squared_norms(const SmoothedRows& rows, float* greatest) {
+  HWY_DYNAMIC_DISPATCH(keep_greatest_norms)(rows, greatest);
+}
 void respond(const SmoothedRows& rows, const ResponseScale& scale, const RidgeRow& maps) {
   HWY_DYNAMIC_DISPATCH(respond_row)(rows, scale, maps);
 }
@@ -302,6 +326,9 @@ void convert_row(const std::uint8_t* from, int count, int shift, std::uint16_t* 
 }
 void convert_row(const std::uint16_t* from, int count, int shift, std::uint16_t* to) {
   HWY_DYNAMIC_DISPATCH(words_to_words)(from, count, shift, to);
+}
+void convert_row(const float* from, int count, int shift, std::uint16_t* to) {
+  HWY_DYNAMIC_DISPATCH(floats_to_words)(from, count, shift, to);
 }
 const char* frangi_instruction_set() { return hwy::TargetName(HWY_DYNAMIC_DISPATCH(instruction_set)()); }
 

@@ -49,6 +49,9 @@ struct SmoothedRows {
 /// Greatest lxx^2 + lyy^2 + 2 lxy^2 of the columns [begin, end): the squared Hessian norm, not scaled.
 float greatest_squared_norm(const SmoothedRows& rows);
 
+/// The same of each column, where it is greater than greatest[x]. Precondition: end - begin >= 16.
+void keep_greatest_squared_norms(const SmoothedRows& rows, float* greatest);
+
 /// Constants of one scale's response.
 struct ResponseScale {
   float sigma_px;  ///< as told in scale_px
@@ -76,6 +79,8 @@ void convert_row(const std::uint16_t* from, int count, float* to);
 void convert_row(const float* from, int count, float* to);
 void convert_row(const std::uint8_t* from, int count, int shift, std::uint16_t* to);
 void convert_row(const std::uint16_t* from, int count, int shift, std::uint16_t* to);
+/// Of floats that are whole numbers from 0 to 65535.
+void convert_row(const float* from, int count, int shift, std::uint16_t* to);
 
 /// The instruction set the loops above use on this machine: "AVX3", "AVX2", "SSE4", ..
 const char* frangi_instruction_set();

@@ -5,11 +5,27 @@
 
 namespace tubed {
 
-/// Copies the pixels of `frame` into `measurement.grey` (reserved for the camera's size) and says whether
-/// they can be used: size as configured, not all black (spread below 1 grey level of 8 bit at the bottom),
-/// not saturated (more than half at the top). `previous_sum` carries a sum over the previous image to find
-/// bit-equal repeats; it is updated. Never allocates.
-ImageRejection take_image(const ImageFrame& frame, ImageMeasurement& measurement,
-                          std::uint64_t& previous_sum);
+/// Lets in the images of one camera. Called by one thread (that camera's Frangi stage); never allocates.
+class ImageDoor {
+ public:
+  /// `white_level`: grey value of a pixel that is saturated. 0: learnt. A detector of 10, 12 or 14 bits that
+  /// delivers words of 16 saturates far below the greatest word; until one of its pixels was brighter, its
+  /// white level is taken for the least of 255, 1023, 4095, 16383 and 65535 that no pixel has passed.
+  explicit ImageDoor(double white_level = 0) : configured_(static_cast<float>(white_level)) {}
+
+  /// Copies the pixels of `frame` into `measurement.grey` (reserved for the camera's size), with depth and
+  /// brightest, and says whether they can be used: size as configured, not bit by bit equal to the image
+  /// before, not saturated (more than half of the pixels at the white level), not even (spread of less than
+  /// a 255th of the white level).
+  ImageRejection take(const ImageFrame& frame, ImageMeasurement& measurement);
+
+  /// Of images like the last one; 0 before the first of a door that learns.
+  [[nodiscard]] float white_level() const { return configured_ > 0 ? configured_ : learnt_; }
+
+ private:
+  float configured_;
+  float learnt_ = 0;
+  std::uint64_t previous_sum_ = 0;  ///< over the pixels of the last image
+};
 
 }  // namespace tubed

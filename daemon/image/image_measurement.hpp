@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "daemon/image/frangi_settings.hpp"
+#include "daemon/image/image_area.hpp"
 #include "drivers/interface/image_source.hpp"
 #include "drivers/interface/timestamps.hpp"
 
@@ -14,7 +16,7 @@ namespace tubed {
 enum class ImageState {
   kOff,       ///< fluoroscopy is off at this instant
   kRejected,  ///< pixels came and were refused
-  kMeasured,  ///< grey and vesselness are filled
+  kMeasured,  ///< grey is filled, and vesselness where it was measured
 };
 
 enum class ImageRejection { kNone, kWrongSize, kBlack, kSaturated, kFrozen };
@@ -33,14 +35,21 @@ struct ImageMeasurement {
   int width = 0;
   int height = 0;
   std::vector<float> grey;        ///< row by row, as the detector gave it
-  std::vector<float> vesselness;  ///< row by row, 0 .. 1 of dark ridges, Frangi
+  float brightest = 0;            ///< greatest of them
+  std::vector<float> vesselness;  ///< row by row, 0 .. 1 of ridges, Frangi; holds in `measured` only
+  ImageArea measured;             ///< elsewhere nobody has looked: neither ridge nor none
+  std::array<float, kMostFrangiScales>
+      structureness{};  ///< c of each scale that vesselness was measured with
 
+  /// All of it counts as measured, until a VesselnessMeter takes it.
   void reserve(int reserved_width, int reserved_height) {
     width = reserved_width;
     height = reserved_height;
     const auto pixels = static_cast<std::size_t>(reserved_width) * static_cast<std::size_t>(reserved_height);
     grey.resize(pixels);
     vesselness.resize(pixels);
+    measured = ImageArea(reserved_width, reserved_height);
+    measured.add_whole();
   }
 };
 

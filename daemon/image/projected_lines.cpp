@@ -10,6 +10,19 @@ constexpr double kSpacing_mm = 2.0;
 constexpr double kViewMargin_px = 3.0;
 constexpr double kShortest_px_per_mm = 0.2;  // below, a tube has no side to look to
 
+/// All that is read of an image for one line.
+struct LineBox {
+  Eigen::Vector2d low_px;
+  Eigen::Vector2d high_px;
+};
+
+LineBox box_of(const CorrespondenceLine& line, int number, int reach_px, double beyond_tip_px) {
+  constexpr double kBetweenPixels_px = 1;
+  const double further_px = kBetweenPixels_px + (number == 0 ? beyond_tip_px : 0);
+  const Eigen::Vector2d half = (reach_px * line.normal).cwiseAbs().array() + further_px;
+  return {line.base_px - half, line.base_px + half};
+}
+
 }  // namespace
 
 LineLayout::LineLayout(double length_mm)
@@ -36,6 +49,37 @@ int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const
     in_view += line.in_view ? 1 : 0;
   }
   return in_view;
+}
+
+void add_lines(const CorrespondenceLines& lines, const LineLayout& layout, int reach_px, double beyond_tip_px,
+               ImageArea& area) {
+  for (int i = 0; i < layout.count; ++i) {
+    const CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+    if (!line.in_view) {
+      continue;
+    }
+    LineBox box = box_of(line, i, reach_px, beyond_tip_px);
+    // What lies between it and the next one is read where the tube's end is sought.
+    if (i + 1 < layout.count && lines[static_cast<std::size_t>(i) + 1].in_view) {
+      const LineBox next = box_of(lines[static_cast<std::size_t>(i) + 1], i + 1, reach_px, beyond_tip_px);
+      box = {box.low_px.cwiseMin(next.low_px), box.high_px.cwiseMax(next.high_px)};
+    }
+    area.add_box(box.low_px, box.high_px);
+  }
+}
+
+int drop_unmeasured_lines(const ImageArea& measured, const LineLayout& layout, int reach_px,
+                          double beyond_tip_px, CorrespondenceLines& lines) {
+  int dropped = 0;
+  for (int i = 0; i < layout.count; ++i) {
+    CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+    if (line.in_view) {
+      const LineBox box = box_of(line, i, reach_px, beyond_tip_px);
+      line.in_view = measured.covers_box(box.low_px, box.high_px);
+      dropped += line.in_view ? 0 : 1;
+    }
+  }
+  return dropped;
 }
 
 }  // namespace tubed

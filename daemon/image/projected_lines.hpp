@@ -6,6 +6,7 @@
 
 #include "daemon/geometry/camera.hpp"
 #include "daemon/image/correspondence_lines.hpp"
+#include "daemon/image/image_area.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
 
 namespace tubed {
@@ -27,6 +28,15 @@ struct LineLayout {
 /// allocates.
 int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
                   const LineLayout& layout, double radius_mm, CorrespondenceLines& lines);
+
+/// Adds what is read of an image when the first layout.count lines are searched `reach_px` to either side,
+/// and around the first one, the tip, `beyond_tip_px` further. Lines that are not in view are passed over.
+void add_lines(const CorrespondenceLines& lines, const LineLayout& layout, int reach_px, double beyond_tip_px,
+               ImageArea& area);
+
+/// Takes out of view those of the lines for which not all of that lies in `measured`; how many.
+int drop_unmeasured_lines(const ImageArea& measured, const LineLayout& layout, int reach_px,
+                          double beyond_tip_px, CorrespondenceLines& lines);
 
 /// Change of the offset from one line of such a layout to the next that LineSearch is told to expect, px.
 inline constexpr double kLineTransition_px = 0.7;

@@ -56,7 +56,11 @@ std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<co
   }
   std::array<double, kMostEndSamples> seen{};
   for (std::size_t k = 0; k < count; ++k) {
-    seen[k] = static_cast<double>(sample_vesselness(image, path_px[k]));
+    const Eigen::Vector2d& p_px = path_px[k];
+    if (!image.measured.covers_box(p_px, p_px.array() + 1)) {
+      return std::nullopt;  // nobody has looked there
+    }
+    seen[k] = static_cast<double>(sample_vesselness(image, p_px));
   }
   Odds ends{};
   const auto usual_height = static_cast<double>(ridge_height);

@@ -20,7 +20,7 @@ struct TubeEnd {
 /// shows it (LineSearch::Outcome). Compares, for every place the tube may end at, ridge on the one side and
 /// none on the other; pixels next to each other see the same noise and count accordingly. Nothing when no
 /// place is clearly better than the path's own ends: something ridge-like goes on beyond the tip, or nothing
-/// is seen before it. Never allocates.
+/// is seen before it; or part of the path has not been measured. Never allocates.
 std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<const Eigen::Vector2d> path_px,
                                      float ridge_height);
 

@@ -2,8 +2,6 @@
 
 #include <cstdio>
 
-#include "daemon/image/image_checks.hpp"
-
 namespace tubed {
 
 const char* words_of(ImageRejection rejection) {
@@ -38,9 +36,9 @@ bool FrangiStage::step(const Clock& clock) noexcept {
   if (!frame.fluoroscopy_on) {
     measurement.state = ImageState::kOff;
   } else {
-    measurement.rejection = take_image(frame, measurement, previous_sum_);
+    measurement.rejection = image_half_.door.take(frame, measurement);
     if (measurement.rejection == ImageRejection::kNone) {
-      filter_.filter(measurement.grey, measurement.vesselness);
+      measure(frame, measurement);
       measurement.state = ImageState::kMeasured;
     } else {
       measurement.state = ImageState::kRejected;
@@ -54,6 +52,14 @@ bool FrangiStage::step(const Clock& clock) noexcept {
   ++outputs_;
   optimizer_bell_.ring();
   return true;
+}
+
+// A prediction that the optimizer made long ago, or never, foresees nothing.
+void FrangiStage::measure(const ImageFrame& frame, ImageMeasurement& measurement) noexcept {
+  from_optimizer_.fetch();
+  const PredictedArea& predicted = from_optimizer_.front();
+  image_half_.meter.take(measurement, frame.exposure <= predicted.until ? predicted.area : whole_,
+                         predicted.read_before);
 }
 
 void FrangiStage::describe(StageReport& report) const noexcept {

@@ -1,24 +1,37 @@
 #pragma once
 
-#include "daemon/image/frangi.hpp"
-#include "daemon/image/image_measurement.hpp"
+#include "daemon/estimator/area_prediction.hpp"
+#include "daemon/image/image_checks.hpp"
+#include "daemon/image/vesselness_meter.hpp"
 #include "daemon/pipeline/doorbell.hpp"
 #include "daemon/pipeline/stage.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
 
 namespace tubed {
 
-/// Measures the newest image of one camera, once for all instruments. See Stage.
+/// What one camera's images are measured with.
+struct ImageHalf {
+  ImageDoor door;
+  VesselnessMeter meter;
+};
+
+/// Measures the newest image of one camera, once for all instruments: where the optimizer says that it will
+/// be read, the whole image when it has not said so. See Stage.
 class FrangiStage final : public Stage {
  public:
-  FrangiStage(int camera, FrangiFilter filter, TripleBuffer<ImageFrame>& from_grab,
-              TripleBuffer<ImageMeasurement>& to_optimizer, Doorbell& own_bell, Doorbell& optimizer_bell)
+  FrangiStage(int camera, ImageHalf image_half, TripleBuffer<ImageFrame>& from_grab,
+              TripleBuffer<PredictedArea>& from_optimizer, TripleBuffer<ImageMeasurement>& to_optimizer,
+              Doorbell& own_bell, Doorbell& optimizer_bell)
       : camera_(camera),
-        filter_(std::move(filter)),
+        image_half_(std::move(image_half)),
         from_grab_(from_grab),
+        from_optimizer_(from_optimizer),
         to_optimizer_(to_optimizer),
         bell_(own_bell),
-        optimizer_bell_(optimizer_bell) {}
+        optimizer_bell_(optimizer_bell),
+        whole_(to_optimizer_.front().measured) {
+    whole_.add_whole();
+  }
 
   void wait(const Clock& clock) noexcept override {
     bell_.wait_until(clock.now() + std::chrono::milliseconds(100));
@@ -28,13 +41,16 @@ class FrangiStage final : public Stage {
   void describe(StageReport& report) const noexcept override;
 
  private:
+  void measure(const ImageFrame& frame, ImageMeasurement& measurement) noexcept;
+
   int camera_;
-  FrangiFilter filter_;
+  ImageHalf image_half_;
   TripleBuffer<ImageFrame>& from_grab_;
+  TripleBuffer<PredictedArea>& from_optimizer_;
   TripleBuffer<ImageMeasurement>& to_optimizer_;
   Doorbell& bell_;
   Doorbell& optimizer_bell_;
-  std::uint64_t previous_sum_ = 0;
+  ImageArea whole_;
   ImageRejection newest_rejection_ = ImageRejection::kNone;
   bool seen_any_ = false;
   std::uint64_t outputs_ = 0;

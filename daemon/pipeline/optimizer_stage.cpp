@@ -146,6 +146,10 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
     CameraState& state = states_[i];
     if (is_image_instant && state.unused && same_instant(state.newest, instant)) {
       observation.images[i] = &cameras_[i].measurements->front();
+      if (cameras_[i].prediction != nullptr) {
+        observation.on_demand[i] = &cameras_[i].prediction->on_demand();
+        observation.on_demand[i]->take(cameras_[i].measurements->front());
+      }
       state.unused = false;
     }
     observation.newest_image = std::max(observation.newest_image, state.newest_measured);
@@ -159,6 +163,7 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
 }
 
 void OptimizerStage::make_estimates(const Observation& observation, const Clock& clock) noexcept {
+  begin_predictions(observation);
   for (std::size_t i = 0; i < estimators_.size(); ++i) {
     TubeEstimate& estimate = outlets_[i]->back();
     estimate.instrument = static_cast<std::uint32_t>(i);
@@ -182,13 +187,40 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
       estimate.reasons.add(Reason::kDeadlineMissed);
     }
     newest_validity_ = estimate.validity;
+    predict(estimators_[i]->image_need(), estimate);
     superseded_ += outlets_[i]->publish() ? 1 : 0;
     ++outputs_;
     publisher_bell_.ring();
   }
+  hand_over_predictions();
   schedule_.paid(observation.now);
   if (observation.now >= em_becomes_stale()) {
     told_stale_ = em_.newest_until(MonotonicTime::max())->measured;
+  }
+}
+
+void OptimizerStage::begin_predictions(const Observation& observation) noexcept {
+  for (const CameraInlet& camera : cameras_) {
+    if (camera.prediction != nullptr) {
+      camera.prediction->begin(observation.instant, observation.image_patience);
+    }
+  }
+}
+
+void OptimizerStage::predict(const ImageNeed& need, const TubeEstimate& estimate) noexcept {
+  for (const CameraInlet& camera : cameras_) {
+    if (camera.prediction != nullptr) {
+      camera.prediction->add(need, estimate);
+    }
+  }
+}
+
+void OptimizerStage::hand_over_predictions() noexcept {
+  for (const CameraInlet& camera : cameras_) {
+    if (camera.prediction != nullptr) {
+      camera.predictions->back() = camera.prediction->end();
+      camera.predictions->publish();
+    }
   }
 }
 

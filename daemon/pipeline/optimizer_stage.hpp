@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "daemon/estimator/area_prediction.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/image_patience.hpp"
 #include "daemon/pipeline/em_acquisition_stage.hpp"
@@ -16,6 +17,9 @@ namespace tubed {
 struct CameraInlet {
   TripleBuffer<ImageMeasurement>* measurements = nullptr;
   TripleBuffer<MonotonicTime>* announcements = nullptr;
+  /// To the Frangi stage: where the next image will be read. Both or neither; without them images come whole.
+  TripleBuffer<PredictedArea>* predictions = nullptr;
+  AreaPrediction* prediction = nullptr;
 };
 
 /// Makes the estimates of all instruments: at once when an image was measured or when the coils' measurements
@@ -49,6 +53,9 @@ class OptimizerStage final : public Stage {
   [[nodiscard]] int oldest_unused() const noexcept;
   [[nodiscard]] bool is_waiting_for_second_view(int camera, MonotonicTime now) const noexcept;
   Observation observe(MonotonicTime instant, MonotonicTime now, bool is_image_instant) noexcept;
+  void begin_predictions(const Observation& observation) noexcept;
+  void predict(const ImageNeed& need, const TubeEstimate& estimate) noexcept;
+  void hand_over_predictions() noexcept;
   void make_estimates(const Observation& observation, const Clock& clock) noexcept;
 
   std::vector<std::unique_ptr<Estimator>> estimators_;

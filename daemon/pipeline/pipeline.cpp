@@ -16,9 +16,14 @@ struct CameraHandOver {
   TripleBuffer<ImageFrame> frames;
   TripleBuffer<MonotonicTime> announcements;
   TripleBuffer<ImageMeasurement> measurements;
+  TripleBuffer<PredictedArea> predictions;
+  AreaPrediction prediction;  ///< of the optimizer's thread
   Doorbell frangi_bell;
 
-  explicit CameraHandOver(const CameraCalibration& camera) {
+  CameraHandOver(const CameraCalibration& camera, const FrangiSettings& frangi) : prediction(camera, frangi) {
+    predictions.for_each_slot([&](PredictedArea& predicted) {
+      predicted.area = predicted.read_before = ImageArea(camera.width, camera.height);
+    });
     frames.for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
     measurements.for_each_slot(
         [&](ImageMeasurement& measurement) { measurement.reserve(camera.width, camera.height); });
@@ -72,18 +77,21 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
   std::vector<CameraInlet> inlets;
   for (std::size_t i = 0; i < room.cameras.size(); ++i) {
     const CameraCalibration& camera = room.cameras[i];
-    p.cameras.push_back(std::make_unique<CameraHandOver>(camera));
+    p.cameras.push_back(std::make_unique<CameraHandOver>(camera, frangi));
     CameraHandOver& hand_over = *p.cameras.back();
     p.add("grab-" + camera.name,
           std::make_unique<ImageGrabStage>(std::move(parts.image_sources[i]), settings, hand_over.frames,
                                            hand_over.announcements, hand_over.frangi_bell),
           settings.image_grab);
     p.add("frangi-" + camera.name,
-          std::make_unique<FrangiStage>(static_cast<int>(i),
-                                        FrangiFilter(camera.width, camera.height, frangi), hand_over.frames,
-                                        hand_over.measurements, hand_over.frangi_bell, p.optimizer_bell),
+          std::make_unique<FrangiStage>(
+              static_cast<int>(i),
+              ImageHalf{ImageDoor(camera.white_level), VesselnessMeter(camera.width, camera.height, frangi)},
+              hand_over.frames, hand_over.predictions, hand_over.measurements, hand_over.frangi_bell,
+              p.optimizer_bell),
           settings.frangi);
-    inlets.push_back({&hand_over.measurements, &hand_over.announcements});
+    inlets.push_back(
+        {&hand_over.measurements, &hand_over.announcements, &hand_over.predictions, &hand_over.prediction});
   }
   std::vector<TripleBuffer<TubeEstimate>*> outlets;
   for (std::size_t i = 0; i < parts.estimators.size(); ++i) {

@@ -83,7 +83,8 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
       "[estimator]\nmode = \"em\"\ncoefficient_count = 20\nsigma_position_mm = 1.5\nsigma_tangent = 0.25\n"
       "sigma_strain_sqrt_mm = 0.5\nbending_q_per_mm = 0.125\nsigma_image_px = 2.5\nimage_search_px = 9\n"
       "image_temper = 3\nem_stale_ms = 210\nem_stuck_ms = 220\nimage_stale_ms = 230\niterations = 5\n"
-      "[frangi]\nscales_px = [2, 4]\nbeta = 0.75\nstructureness = 12\n";
+      "[frangi]\nscales_px = [2, 4]\nbeta = 0.75\nstructureness = 12\npolarity = \"bright\"\n"
+      "smoothing = \"integer16\"\narea = \"frame\"\n";
 
   const Configuration configuration = parse_configuration(text, "room.toml");
 
@@ -105,6 +106,26 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   EXPECT_EQ(configuration.frangi.scales_px, (std::vector<double>{2, 4}));
   EXPECT_EQ(configuration.frangi.beta, 0.75);
   EXPECT_EQ(configuration.frangi.structureness, 12);
+  EXPECT_EQ(configuration.frangi.polarity, RidgePolarity::kBright);
+  EXPECT_EQ(configuration.frangi.smoothing, FrangiSmoothing::kInteger16);
+  EXPECT_EQ(configuration.frangi.area, FrangiArea::kFrame);
+}
+
+TEST(Assemble, WhatIsNotSaidOfFrangiIsAsTheSettingsBegin) {
+  const FrangiSettings defaults;
+  const FrangiSettings settings = parse_configuration(base(), "room.toml").frangi;
+
+  EXPECT_EQ(settings.polarity, defaults.polarity);
+  EXPECT_EQ(settings.smoothing, defaults.smoothing);
+  EXPECT_EQ(settings.area, defaults.area);
+}
+
+TEST(Assemble, ACamerasWhiteLevelIsLearntUnlessItIsGiven) {
+  EXPECT_EQ(parse_configuration(base(), "room.toml").room.cameras.at(0).white_level, 0);
+  EXPECT_EQ(parse_configuration(base_with("fx = 2000.0", "fx = 2000.0\nwhite_level = 4095"), "room.toml")
+                .room.cameras.at(0)
+                .white_level,
+            4095);
 }
 
 TEST(Assemble, EveryKeyOfThePaperReachesItsField) {

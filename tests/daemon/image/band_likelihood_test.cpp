@@ -58,6 +58,18 @@ TEST(SmoothHeaviside, SlopeIsItsDerivative) {
   }
 }
 
+TEST(BandLikelihood, PixelsThatNobodyMeasuredAreLeftOut) {
+  Scene scene;
+  const std::size_t all = scene.band.pixels().size();
+  scene.image.measured.clear();
+  scene.image.measured.add_box({0, 0}, {47, 89});
+  scene.band.choose_band(scene.image, scene.path, 15, scene.model);
+  EXPECT_GT(scene.band.pixels().size(), all / 4);
+  for (const PixelDistance& pixel : scene.band.pixels()) {
+    EXPECT_LT(pixel.index % 120, 48U);
+  }
+}
+
 TEST(BandLikelihood, SignedDistanceIsPositiveInsideAndZeroOnTheContour) {
   ImageMeasurement image;
   image.reserve(60, 40);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "daemon/image/vesselness_meter.hpp"
 #include "tests/daemon/image/frangi_bed.hpp"
 
 namespace {
@@ -38,6 +39,29 @@ TEST(Frangi, NeverAllocatesOnceItIsMade) {
   filter.filter(floats, maps.all());
   filter.filter_tiles(floats, kTiles, maps.all());
   EXPECT_EQ(allocations - before, 0U);
+}
+
+TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
+  VesselnessMeter meter(kWidth, kHeight, FrangiSettings{});
+  ImageOnDemand on_demand(kWidth, kHeight, FrangiSettings{});
+  ImageMeasurement image;
+  image.reserve(kWidth, kHeight);
+  image.state = ImageState::kMeasured;
+  image.grey = tubes<float>();
+  image.brightest = 255;
+  ImageArea area(kWidth, kHeight);
+  const ImageArea whole = image.measured;
+  const std::size_t before = allocations;
+  for (int round = 0; round < 3; ++round) {
+    area.clear();
+    area.add_box({10.0 + round, 5}, {40, 60});
+    meter.take(image, area, area);
+    on_demand.take(image);
+    on_demand.require(area);
+    on_demand.require(whole);
+  }
+  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(on_demand.completed_images(), 3U);
 }
 
 }  // namespace

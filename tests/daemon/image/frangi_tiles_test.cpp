@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/daemon/image/frangi_bed.hpp"
 
 namespace tubed {
@@ -61,6 +63,32 @@ TEST(FrangiTiles, TakeTheStructurenessOfTheirOwnImageWhenThereWasNone) {
   of_tiles.filter_tiles(tubes<float>(), kTiles, tiles.all());
   EXPECT_EQ(of_tiles.structureness(0), of_whole.structureness(0));
   EXPECT_EQ(tiles.vesselness[5 * kWidth + 5], whole.vesselness[5 * kWidth + 5]);
+}
+
+TEST(FrangiTiles, AFilterOfFewRowsGivesTheSameWholeImage) {
+  FrangiFilter of_whole(kWidth, kHeight, FrangiSettings{});
+  FrangiFilter of_rows(kWidth, kHeight, FrangiSettings{}, FrangiMemory::kRows);
+  OwnedMaps whole;
+  OwnedMaps rows;
+  of_whole.filter(tubes<std::uint16_t>(), whole.all());
+  of_rows.filter(tubes<std::uint16_t>(), rows.all());
+  EXPECT_EQ(of_rows.structureness(1), of_whole.structureness(1));
+  EXPECT_EQ(rows.vesselness, whole.vesselness);
+  EXPECT_EQ(rows.sine, whole.sine);
+}
+
+TEST(FrangiTiles, WholeNumbersInFloatAreSmoothedAsTheIntegersTheyAre) {
+  FrangiSettings settings;
+  settings.smoothing = FrangiSmoothing::kInteger16;
+  FrangiFilter filter(kWidth, kHeight, settings);
+  OwnedMaps of_words;
+  OwnedMaps of_floats;
+  const std::vector<std::uint16_t> words = tubes<std::uint16_t>();
+  const std::vector<float> floats(words.begin(), words.end());
+  filter.filter(words, of_words.all());
+  filter.filter(GreyPixels::WholeNumbers{floats, *std::max_element(floats.begin(), floats.end())},
+                of_floats.all());
+  EXPECT_EQ(of_floats.vesselness, of_words.vesselness);
 }
 
 }  // namespace

@@ -61,6 +61,27 @@ TEST(ProjectedLines, ATubeThatRunsTowardTheSourceHasNoSideToLookTo) {
   EXPECT_EQ(tube.in_view, 0);
 }
 
+TEST(ProjectedLines, WhatASearchReadsIsTheReachAroundTheLinesAndMoreAroundTheTip) {
+  const StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+  ImageArea area(200, 300);
+  add_lines(*tube.lines, tube.layout, 10, 22, area);
+  // Column 100, rows 30 .. 230.
+  EXPECT_TRUE(area.covers_box({89, 30}, {111, 230}));
+  EXPECT_TRUE(area.covers_box({100, 7}, {100, 30}));
+  EXPECT_FALSE(area.covers_box({70, 150}, {111, 150}));
+}
+
+TEST(ProjectedLines, ALineOfWhichNotAllIsMeasuredIsNotInView) {
+  StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+  ImageArea measured(200, 300);
+  measured.add_box({0, 0}, {199, 159});
+  const int dropped = drop_unmeasured_lines(measured, tube.layout, 10, 22, *tube.lines);
+  // Line i at row 30 + 4 i; one pixel below is read as well: the last one before row 159 is 32.
+  EXPECT_EQ(dropped, 51 - 33);
+  EXPECT_TRUE((*tube.lines)[32].in_view);
+  EXPECT_FALSE((*tube.lines)[33].in_view);
+}
+
 TEST(ProjectedLines, OfAVeryLongTubeLieFurtherApart) {
   const LineLayout layout(1020);
   EXPECT_EQ(layout.count, LineSearch::kMaxLines);

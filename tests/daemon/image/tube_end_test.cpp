@@ -68,6 +68,14 @@ TEST(TubeEnd, IsUnknownWhereTheRidgeGoesOn) {
   EXPECT_FALSE(find_tube_end(image, path_from(80, 40), height_of(image)));
 }
 
+TEST(TubeEnd, IsUnknownWhereNobodyHasMeasured) {
+  ImageMeasurement image = bar_ending_at(60);
+  image.measured.clear();
+  image.measured.add_box({40, 30}, {70, 50});  // cells up to column 79; the path begins between 80 and 81
+  EXPECT_FALSE(find_tube_end(image, path_from(80, 40), height_of(image)));
+  EXPECT_TRUE(find_tube_end(image, path_from(78, 40), height_of(image)));
+}
+
 TEST(TubeEnd, IsUnknownWhereNoRidgeBegins) {
   const ImageMeasurement image = bar_ending_at(20);
   EXPECT_FALSE(find_tube_end(image, path_from(80, 40), 0.9F));

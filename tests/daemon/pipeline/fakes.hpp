@@ -72,6 +72,9 @@ class FakeEstimator final : public Estimator {
     estimate.valid_time_ns = to_ns(observation.instant);
   }
   void reset() noexcept override {}
+  [[nodiscard]] ImageNeed image_need() const noexcept override { return need; }
+
+  ImageNeed need;
 
  private:
   std::vector<Observation>& asked_;

@@ -98,6 +98,72 @@ TEST(OptimizerStage, TwoViewsOfOneInstantMakeOneEstimate) {
   EXPECT_NE(bench.asked[0][0].images[1], nullptr);
 }
 
+/// An optimizer with one camera of 96 x 96 px whose images come in bands.
+struct PredictingBench {
+  explicit PredictingBench(ImageNeed need) {
+    CameraCalibration camera;
+    camera.width = camera.height = 96;
+    camera.fx = camera.fy = 100;
+    prediction = std::make_unique<AreaPrediction>(camera, FrangiSettings{});
+    measurements.for_each_slot([](ImageMeasurement& m) { m.reserve(96, 96); });
+    predictions.for_each_slot([](PredictedArea& p) { p.area = p.read_before = ImageArea(96, 96); });
+    std::vector<std::unique_ptr<Estimator>> estimators;
+    auto estimator = std::make_unique<FakeEstimator>(asked);
+    estimator->need = need;
+    estimators.push_back(std::move(estimator));
+    stage = std::make_unique<OptimizerStage>(
+        std::move(estimators), std::vector<TripleBuffer<TubeEstimate>*>{&estimates},
+        std::vector<CameraInlet>{{&measurements, &announcements, &predictions, prediction.get()}}, em,
+        PipelineSettings{}, bell, publisher_bell);
+  }
+
+  void show() {
+    clock.advance(milliseconds(33));
+    measurements.back().exposure = measurements.back().frangi_finished = clock.now();
+    measurements.back().state = ImageState::kMeasured;
+    measurements.publish();
+    EXPECT_TRUE(stage->step(clock));
+  }
+
+  FakeClock clock;
+  std::vector<Observation> asked;
+  TripleBuffer<TubeEstimate> estimates;
+  TripleBuffer<ImageMeasurement> measurements;
+  TripleBuffer<MonotonicTime> announcements;
+  TripleBuffer<PredictedArea> predictions;
+  std::unique_ptr<AreaPrediction> prediction;
+  EmRing em;
+  Doorbell bell;
+  Doorbell publisher_bell;
+  std::unique_ptr<OptimizerStage> stage;
+};
+
+TEST(OptimizerStage, TellsTheFrangiStageWithEveryEstimateWhereTheNextImageIsRead) {
+  PredictingBench bench({ImageNeed::Kind::kWhole});
+  bench.show();
+  ASSERT_TRUE(bench.predictions.fetch());
+  EXPECT_EQ(bench.predictions.front().area.share(), 1);
+  EXPECT_GT(bench.predictions.front().until, bench.clock.now());
+  bench.clock.advance(milliseconds(60));
+  EXPECT_TRUE(bench.stage->step(bench.clock)) << "a tick";
+  EXPECT_TRUE(bench.predictions.fetch());
+}
+
+TEST(OptimizerStage, WhatTheEstimatorsAskOfAnImageIsMeasuredAndExpectedOfTheNext) {
+  PredictingBench bench({ImageNeed::Kind::kNothing});
+  bench.show();
+  ASSERT_TRUE(bench.predictions.fetch());
+  EXPECT_TRUE(bench.predictions.front().area.empty());
+  ASSERT_NE(bench.asked.back().on_demand[0], nullptr);
+  ImageArea some(96, 96);
+  some.add_box({5, 5}, {20, 10});
+  bench.asked.back().on_demand[0]->require(some);
+  bench.clock.advance(milliseconds(60));
+  EXPECT_TRUE(bench.stage->step(bench.clock)) << "a tick";
+  ASSERT_TRUE(bench.predictions.fetch());
+  EXPECT_EQ(bench.predictions.front().area, some);
+}
+
 TEST(OptimizerStage, ASecondViewThatDoesNotComeIsNotWaitedForLong) {
   OptimizerBench bench;
   const MonotonicTime exposure = bench.clock.now();

@@ -1,0 +1,71 @@
+// Vesselness where it is asked for.
+#pragma once
+
+#include <vector>
+
+#include "daemon/image/frangi.hpp"
+#include "daemon/image/image_measurement.hpp"
+
+namespace tubed {
+
+/// Who a meter works for.
+enum class MeterUse {
+  kFirst,     ///< takes images as they come and decides on c
+  kComplete,  ///< measures what is missing of images that another meter has taken
+};
+
+/// Measures the vesselness of one camera's images, in areas. Called by one thread; memory is taken in the
+/// constructor, nothing else allocates. A pixel comes out the same whatever else is measured with it and by
+/// which meter: with structureness 0, c is decided once an image and travels with it.
+class VesselnessMeter {
+ public:
+  /// Throws as FrangiFilter.
+  VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use = MeterUse::kFirst);
+
+  /// Takes an image with grey and brightest filled, and measures `area` of it (the whole image where
+  /// the settings say so). Sets vesselness, measured and structureness. With structureness 0 and bands, c is
+  /// half the greatest Hessian norm of this image in `read_before` and a sixteenth of the rest, and of
+  /// earlier ones in what remains.
+  void take(ImageMeasurement& image, const ImageArea& area, const ImageArea& read_before);
+
+  /// Measures what is missing of `area`; does nothing when there is nothing missing.
+  void complete(ImageMeasurement& image, const ImageArea& area);
+
+ private:
+  void measure(ImageMeasurement& image, const ImageArea& area);
+
+  FrangiFilter filter_;
+  FrangiArea kind_;
+  ImageArea missing_;
+  std::vector<PixelRectangle> rectangles_;
+};
+
+/// Lets whoever reads an image have measured what it needs, and remembers what that was. Of one camera,
+/// called by the optimizer thread only; never allocates.
+class ImageOnDemand {
+ public:
+  /// Throws as FrangiFilter.
+  ImageOnDemand(int width, int height, const FrangiSettings& settings)
+      : meter_(width, height, settings, MeterUse::kComplete), asked_(width, height) {}
+
+  /// A new image, asked for nothing yet; it has to live until the next one.
+  void take(ImageMeasurement& image);
+
+  /// Afterwards all of `area` is measured in the image taken last.
+  void require(const ImageArea& area);
+
+  /// All that was required of the image taken last.
+  [[nodiscard]] const ImageArea& asked() const { return asked_; }
+
+  /// Images of which something had to be measured here, since it was not where it was expected.
+  [[nodiscard]] std::uint64_t completed_images() const { return completed_images_; }
+
+ private:
+  VesselnessMeter meter_;
+  ImageArea asked_;
+  ImageMeasurement* image_ = nullptr;
+  bool counted_ = false;  ///< in completed_images_
+  std::uint64_t completed_images_ = 0;
+};
+
+}  // namespace tubed
