@@ -59,17 +59,36 @@ def members_of_session(session):
     return found
 
 
-def end(guest):
+def end(session):
     """Whatever the guest has left, by number."""
     until = time.monotonic() + 10
-    while (left := members_of_session(guest.pid)) and time.monotonic() < until:
+    while (left := members_of_session(session)) and time.monotonic() < until:
         for number in left:
             try:
                 os.kill(number, signal.SIGKILL)
             except ProcessLookupError:
                 pass
         time.sleep(0.02)
-    guest.wait()
+
+
+def leave_nothing_behind(session):
+    """Starts a process that ends the guest when this script can no longer: a guest has helpers that outlive it.
+
+    Returns its number and what keeps it waiting; closing that, or the death of this script, sets it to work.
+    """
+    told, keeps_waiting = os.pipe()
+    undertaker = os.fork()
+    if undertaker:
+        os.close(told)
+        return undertaker, keeps_waiting
+    os.setsid()
+    os.close(keeps_waiting)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for descriptor in range(3):
+        os.dup2(nothing, descriptor)
+    os.read(told, 1)
+    end(session)
+    os._exit(0)
 
 
 def boot(kernel, folder, programs, test):
@@ -81,13 +100,16 @@ def boot(kernel, folder, programs, test):
     with open(folder / "console", "wb") as console:
         guest = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console, start_new_session=True,
                                  preexec_fn=die_with_parent)
+        undertaker, keeps_waiting = leave_nothing_behind(guest.pid)
         try:
             guest.wait(PATIENCE_S)
             return True
         except subprocess.TimeoutExpired:
             return False
         finally:
-            end(guest)
+            os.close(keeps_waiting)
+            os.waitpid(undertaker, 0)
+            guest.wait()
 
 
 def main():
