@@ -294,7 +294,6 @@ def frames_that_were_read_too_late_are_told(bed):
         return int(words.split(": ")[1].split()[0]) if "frames thrown away here" in words else 0
     said = room.status.wait_for(lambda s: thrown_away(s) > 500, "status that says how many frames were not read", 5, on_ns).json
     say(why_of(said))
-    check(thrown_away(said) < 2500, "more than there were")
     room.valid_again(on_ns)
 
 
@@ -302,7 +301,8 @@ def the_doctor_says_what_is_wrong_with_a_bus(bed):
     room = CanRoom(bed, "fd")  # its configuration, and a gateway to listen to beside the daemon
 
     def finds(*expected):
-        done = bed.tubectl("doctor", "--config", str(bed.folder / "tubed-3.toml"), "--json", "--tracker")
+        listens = ("--tracker",) if expected[-1][0] != "tracker port" else ()
+        done = bed.tubectl("doctor", "--config", str(bed.folder / "tubed-3.toml"), "--json", *listens)
         found = {one["check"]: one for one in json.loads(done.stdout)}
         for check_name, verdict, words in expected:
             one = found.get(check_name, {"verdict": "none", "found": "", "advice": ""})
