@@ -117,4 +117,11 @@ double CeresMap::solve(const Eigen::Matrix3Xd& start) {
   return 2 * summary.final_cost;
 }
 
+double CeresMap::cost_at(const Eigen::Matrix3Xd& C) {
+  C_ = C;
+  double cost = 0;
+  problem_.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+  return 2 * cost;
+}
+
 }  // namespace tubed

@@ -21,6 +21,9 @@ class CeresMap {
   /// ceres::Solve with its own tolerances, from `start`. Returns the sum of squared residuals.
   double solve(const Eigen::Matrix3Xd& start);
 
+  /// Sum of squared residuals at coefficients that another solver found.
+  double cost_at(const Eigen::Matrix3Xd& C);
+
   [[nodiscard]] const Eigen::Matrix3Xd& C() const { return C_; }
 
  private:

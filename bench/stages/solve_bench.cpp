@@ -138,11 +138,14 @@ void measure_map(const StageChoice& choice, const Instants& instants, int coeffi
           one.map.refine(one.coils, lines, nullptr, one.settings.iterations, C, converged);
         },
         [&] { ceres.solve(one.start); });
+    const double ceres_cost = ceres.solve(one.start);
     const double apart_mm = (C - ceres.C()).colwise().norm().maxCoeff();
+    const double cost_ratio = ceres.cost_at(C) / ceres_cost;
     report.add(name + "/" + peer, peer, std::move(times),
                {{"lines", static_cast<double>(all.size())},
                 {"converged", converged ? 1.0 : 0.0},
-                {"greatest_difference_mm", apart_mm}});
+                {"greatest_difference_mm", apart_mm},
+                {"cost_above_ceres", cost_ratio - 1}});
   }
 }
 

@@ -22,6 +22,7 @@ void NormalEquations::clear() {
   squares_.setZero();
   pull_.setZero();
   first_ = -1;
+  waiting_ = 0;
   prior_ = nullptr;
   cost_ = 0;
 }
@@ -30,6 +31,7 @@ void NormalEquations::close() {
   if (first_ < 0) {
     return;
   }
+  sum_up();
   Eigen::Index pair = 0;
   for (int b = 0; b < 4; ++b) {
     for (int a = b; a < 4; ++a, ++pair) {

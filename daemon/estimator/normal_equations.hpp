@@ -5,6 +5,7 @@
 #include <array>
 
 #include "daemon/estimator/dense_cholesky.hpp"
+#include "daemon/estimator/line_kernels.hpp"
 #include "daemon/estimator/spline_band_cholesky.hpp"
 
 namespace tubed {
@@ -25,10 +26,16 @@ class NormalEquations {
   void add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
            double residual) {
     open(first);
-    const Eigen::Matrix<double, 6, 1> outer{gradient[0] * gradient[0], gradient[0] * gradient[1],
-                                            gradient[0] * gradient[2], gradient[1] * gradient[1],
-                                            gradient[1] * gradient[2], gradient[2] * gradient[2]};
-    squares_.noalias() += outer * products_of(weights).transpose();
+    if (waiting_ == kMostWaiting) sum_up();
+    double* const outer = outer_.data() + 8 * waiting_;
+    outer[0] = gradient[0] * gradient[0];
+    outer[1] = gradient[0] * gradient[1];
+    outer[2] = gradient[0] * gradient[2];
+    outer[3] = gradient[1] * gradient[1];
+    outer[4] = gradient[1] * gradient[2];
+    outer[5] = gradient[2] * gradient[2];
+    Eigen::Map<Products>(products_.data() + 12 * waiting_) = products_of(weights);
+    ++waiting_;
     pull_.noalias() += (residual * gradient) * Eigen::Map<const Eigen::RowVector4d>(weights.data());
     cost_ += residual * residual;
   }
@@ -81,6 +88,10 @@ class NormalEquations {
     first_ = first;
   }
   void close();
+  void sum_up() {
+    add_outer_products(outer_.data(), products_.data(), waiting_, squares_.data());
+    waiting_ = 0;
+  }
   void fill_dense(double damping);
   [[nodiscard]] bool is_banded() const { return prior_ == nullptr && column_count_ == coefficient_count_; }
 
@@ -88,13 +99,16 @@ class NormalEquations {
   int column_count_;
   double cost_ = 0;
   int first_ = -1;  ///< of the blocks that wait
-  Eigen::Matrix<double, 6, 10>
-      squares_;  ///< upper triangle of a block, row by row; a pair of coefficients a column
-  Eigen::Matrix<double, 3, 4> pull_;        ///< their part of J^T r
-  LowerBand band_;                          ///< of J^T J, the coefficients among each other
-  Eigen::MatrixXd further_;                 ///< its rows of the further columns, lower triangle
-  Eigen::VectorXd gradient_;                ///< J^T r
-  const Eigen::MatrixXd* prior_ = nullptr;  ///< its information
+  static constexpr std::size_t kMostWaiting = 24;
+  std::size_t waiting_ = 0;                           ///< residuals not yet in squares_
+  std::array<double, 8 * kMostWaiting> outer_{};      ///< upper triangle of g g^T, row by row, and two zeros
+  std::array<double, 12 * kMostWaiting> products_{};  ///< products_of() their weights
+  Eigen::Matrix<double, 8, 10> squares_;              ///< their sum: a pair of coefficients a column
+  Eigen::Matrix<double, 3, 4> pull_;                  ///< their part of J^T r
+  LowerBand band_;                                    ///< of J^T J, the coefficients among each other
+  Eigen::MatrixXd further_;                           ///< its rows of the further columns, lower triangle
+  Eigen::VectorXd gradient_;                          ///< J^T r
+  const Eigen::MatrixXd* prior_ = nullptr;            ///< its information
   SplineBandCholesky banded_;
   DenseCholesky dense_;
   Eigen::MatrixXd inverse_;

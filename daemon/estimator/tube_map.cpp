@@ -57,7 +57,9 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
       nodes_.push_back(spline_.basis((segment + node) * spline_.spacing_mm()));
     }
   }
+  line_views_.reserve(kMaxCameras);
   lines_.reserve(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
+  reserve_lines(lines_.capacity());
 }
 
 template <typename Sum>
@@ -118,24 +120,49 @@ void TubeMap::add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const {
 }
 
 template <typename Sum>
-void TubeMap::add_lines(const Camera& camera, std::span<const PreparedLine> lines, const Eigen::Matrix3Xd& C,
-                        Sum& sum) const {
-  for (const PreparedLine& line : lines) {
-    const auto projection = camera.project(combine(C, line.first, line.weights));
-    if (projection) {
-      sum.add(line.first, line.weights, projection->J_image_world.transpose() * line.normal,
-              line.normal.dot(projection->p_image_px) - line.target);
-    }
+void TubeMap::add_view(const PreparedView& view, const Eigen::Matrix3Xd& C, Sum& sum) {
+  const std::size_t begin = view.begin;
+  for (std::size_t i = begin; i < begin + view.count; ++i) {
+    const Eigen::Vector3d p_world_mm = combine(C, lines_[i].first, lines_[i].weights);
+    line_points_[0][i] = p_world_mm.x();
+    line_points_[1][i] = p_world_mm.y();
+    line_points_[2][i] = p_world_mm.z();
+  }
+  auto& [residual, gradient_x, gradient_y, gradient_z] = line_residuals_;
+  project_to_lines(view.camera,
+                   {view.count, &line_points_[0][begin], &line_points_[1][begin], &line_points_[2][begin],
+                    &line_targets_[0][begin], &line_targets_[1][begin], &line_targets_[2][begin]},
+                   {&residual[begin], &gradient_x[begin], &gradient_y[begin], &gradient_z[begin]});
+  for (std::size_t i = begin; i < begin + view.count; ++i) {
+    sum.add(lines_[i].first, lines_[i].weights, {gradient_x[i], gradient_y[i], gradient_z[i]}, residual[i]);
   }
 }
 
+// What a kernel reads or writes beyond its last line belongs to the next view, which comes later, or to
+// nobody.
+void TubeMap::reserve_lines(std::size_t count) {
+  for (auto& values : line_points_) values.resize(count + kLineLanes);
+  for (auto& values : line_targets_) values.resize(count + kLineLanes);
+  for (auto& values : line_residuals_) values.resize(count + kLineLanes);
+}
+
 void TubeMap::prepare(std::span<const ViewConstraints> views) {
+  line_views_.clear();
   lines_.clear();
   for (const ViewConstraints& view : views) {
-    for (const LineConstraint& line : std::span(view.lines, static_cast<std::size_t>(view.count))) {
+    const auto count = static_cast<std::size_t>(view.count);
+    if (count == 0) continue;
+    const std::size_t begin = lines_.size();
+    line_views_.push_back({LineCamera(view.camera->calibration()), begin, count});
+    if (begin + count + kLineLanes > line_points_[0].size()) reserve_lines(begin + count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const LineConstraint& line = view.lines[i];
       const CubicBasis basis = spline_.basis(line.s_mm);
+      lines_.push_back({basis.first, basis.value});
       const Eigen::Vector2d normal = line.normal / std::sqrt(line.variance_px2);
-      lines_.push_back({basis.first, basis.value, normal, normal.dot(line.target_px)});
+      line_targets_[0][begin + i] = normal.x();
+      line_targets_[1][begin + i] = normal.y();
+      line_targets_[2][begin + i] = normal.dot(line.target_px);
     }
   }
 }
@@ -143,10 +170,8 @@ void TubeMap::prepare(std::span<const ViewConstraints> views) {
 template <typename Sum>
 void TubeMap::add_measurements(const Measurements& measurements, const Eigen::Matrix3Xd& C, Sum& sum) {
   add_coils(measurements.coils, C, sum);
-  std::span<const PreparedLine> waiting = lines_;
-  for (const ViewConstraints& view : measurements.views) {
-    add_lines(*view.camera, waiting.first(static_cast<std::size_t>(view.count)), C, sum);
-    waiting = waiting.subspan(static_cast<std::size_t>(view.count));
+  for (const PreparedView& view : line_views_) {
+    add_view(view, C, sum);
   }
   if (measurements.prior != nullptr) {
     departure_ = (C - measurements.prior->mean).reshaped();
@@ -198,7 +223,7 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
                     const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
   converged = false;
   double damping = kFirstDamping;
-  const Measurements measurements{coils, views, prior};
+  const Measurements measurements{coils, prior};
   prepare(views);
   linearise(measurements, C);
   double cost_here = equations_.cost();
@@ -247,7 +272,7 @@ double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix
 bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
                         const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
   prepare(views);
-  linearise({coils, views, prior}, C);
+  linearise({coils, prior}, C);
   return equations_.invert();
 }
 
@@ -255,7 +280,7 @@ bool TubeMap::condense(const CoilObservations& coils, std::span<const ViewConstr
                        const GaussianPrior& prior, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& mean) {
   prepare(views);
   equations_.clear();
-  add_measurements({coils, views, &prior}, C, equations_);
+  add_measurements({coils, &prior}, C, equations_);
   if (!equations_.invert_and_solve(step_)) {
     return false;
   }

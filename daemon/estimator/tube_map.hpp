@@ -9,6 +9,7 @@
 
 #include "daemon/estimator/coil_observation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/estimator/line_kernels.hpp"
 #include "daemon/estimator/normal_equations.hpp"
 #include "daemon/geometry/camera.hpp"
 #include "daemon/image/correspondence_lines.hpp"
@@ -118,13 +119,16 @@ class TubeMap {
   struct PreparedLine {
     int first;
     std::array<double, 4> weights;
-    Eigen::Vector2d normal;  ///< over the standard deviation
-    double target;           ///< normal . target_px, over the standard deviation
   };
-  /// A measurement of one instant: all that linearise() and cost_at() ask.
+  /// A view's lines in lines_, and its camera for the kernel.
+  struct PreparedView {
+    LineCamera camera;
+    std::size_t begin;
+    std::size_t count;
+  };
+  /// What linearise() and cost_at() ask, beside the lines of the newest prepare().
   struct Measurements {
     const CoilObservations& coils;
-    std::span<const ViewConstraints> views;
     const GaussianPrior* prior;
   };
 
@@ -143,15 +147,19 @@ class TubeMap {
   template <typename Sum>
   void add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const;
   template <typename Sum>
-  void add_lines(const Camera& camera, std::span<const PreparedLine> lines, const Eigen::Matrix3Xd& C,
-                 Sum& sum) const;
+  void add_view(const PreparedView& view, const Eigen::Matrix3Xd& C, Sum& sum);
+  void reserve_lines(std::size_t count);
 
   EstimatorSettings settings_;
   UniformCubicBSpline spline_;
   int coils_with_error_;
   int further_columns_;
-  std::vector<CubicBasis> nodes_;    ///< of the integrals over arc length
-  std::vector<PreparedLine> lines_;  ///< of all views, one after another
+  std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
+  std::vector<PreparedView> line_views_;
+  std::vector<PreparedLine> lines_;                    ///< of all views, one after another; so are the next
+  std::array<std::vector<double>, 3> line_points_;     ///< x, y, z
+  std::array<std::vector<double>, 3> line_targets_;    ///< normal over the standard deviation, target
+  std::array<std::vector<double>, 4> line_residuals_;  ///< residual, gradient
   NormalEquations equations_;
   Eigen::Matrix3Xd step_;
   Eigen::Matrix3Xd trial_;
