@@ -66,20 +66,6 @@ UniformCubicBSpline spline_of(const TubeEstimate& estimate) {
   return {static_cast<int>(estimate.coefficient_count), static_cast<double>(estimate.length_mm)};
 }
 
-ProjectedTube project(const Camera& camera, const TubeEstimate& estimate) {
-  ProjectedTube tube;
-  if (estimate.coefficient_count < 4) {
-    return tube;
-  }
-  const Eigen::Matrix3Xd C = coefficients_of(estimate);
-  const UniformCubicBSpline spline = spline_of(estimate);
-  for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kPointSpacing_mm) {
-    const CubicBasis basis = spline.basis(s_mm);
-    add_point(camera, combine(C, basis.first, basis.value), static_cast<double>(estimate.radius_mm), tube);
-  }
-  return tube;
-}
-
 void search_lines(const Camera& camera, Explanation& explanation) {
   const TubeEstimate& before = explanation.before;
   if (before.coefficient_count < 4) {
@@ -157,6 +143,20 @@ double to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eige
 }
 
 }  // namespace
+
+ProjectedTube project(const Camera& camera, const TubeEstimate& estimate) {
+  ProjectedTube tube;
+  if (estimate.coefficient_count < 4) {
+    return tube;
+  }
+  const Eigen::Matrix3Xd C = coefficients_of(estimate);
+  const UniformCubicBSpline spline = spline_of(estimate);
+  for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kPointSpacing_mm) {
+    const CubicBasis basis = spline.basis(s_mm);
+    add_point(camera, combine(C, basis.first, basis.value), static_cast<double>(estimate.radius_mm), tube);
+  }
+  return tube;
+}
 
 std::vector<double> distances_px(const ProjectedTube& from, const ProjectedTube& to,
                                  const CameraCalibration& camera) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/geometry/camera.hpp"
 #include "daemon/image/appearance_model.hpp"
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/image/image_measurement.hpp"
@@ -61,6 +62,9 @@ std::vector<std::string> words_of(const Explanation& explanation);
 
 /// s_mm, base, normal, offset, standard deviation, agrees; a header and a row a line in view.
 std::string lines_csv(const Explanation& explanation);
+
+/// The estimated centreline in that view, a point each mm; empty when there is no shape.
+ProjectedTube project(const Camera& camera, const TubeEstimate& estimate);
 
 /// 2D distances, px, from points of `from` inside the image to the nearest place on `to`; those of points
 /// whose nearest place is an end of `to` are left out.

@@ -135,6 +135,8 @@ std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Prob
   defaults.sigma_tangent = table.get<double>("sigma_tangent");
   defaults.sigma_strain_sqrt_mm = table.get<double>("sigma_strain_sqrt_mm");
   defaults.bending_q_per_mm = table.get<double>("bending_q_per_mm");
+  defaults.image_likelihood =
+      image_likelihood_named(table.get<std::string>("image_likelihood")).value_or(defaults.image_likelihood);
   defaults.sigma_image_px = table.get<double>("sigma_image_px");
   defaults.image_search_px = table.get<double>("image_search_px");
   defaults.image_temper = table.get<double>("image_temper");

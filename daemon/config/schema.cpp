@@ -273,6 +273,9 @@ TableDescription estimator_table() {
                     "standard deviation of the strain over 1 mm of arc length"),
                real("bending_q_per_mm", d.bending_q_per_mm, "1/mm", {1e-8, 1},
                     "expected squared curvature times mm"),
+               word("image_likelihood", "vesselness", {"vesselness", "posterior", "band"},
+                    "what speaks for the tube in an image: ridges; histograms of grey value and vesselness; "
+                    "those over all pixels near it"),
                real("sigma_image_px", d.sigma_image_px, "px", {0.05, 20},
                     "standard deviation of a correspondence line's offset, beside its own"),
                real("image_search_px", d.image_search_px, "px", {2, 24},

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "daemon/estimator/paper_settings.hpp"
+#include "daemon/image/image_likelihood_form.hpp"
 
 namespace tubed {
 
@@ -27,13 +28,14 @@ struct EstimatorSettings {
   double sigma_tangent = 0.030;         ///< of one coil's unit tangent, an axis: 3 deg, Eq. (20)
   double sigma_strain_sqrt_mm = 0.022;  ///< of (|zeta'| - 1) over 1 mm of arc length
   double bending_q_per_mm = 7e-4;       ///< expected curvature density: sigma^2 of zeta'' times mm
-  double sigma_image_px = 0.5;          ///< of one correspondence line's offset, beside its own variance
-  double image_search_px = 14;          ///< half length of the correspondence lines
-  double image_temper = 6;   ///< pixels are not independent: variance of the image is multiplied by this
-  double em_stale_ms = 150;  ///< EM_STALE is said by this age of the newest EM measurement: see EmPatience
-  double em_stuck_ms = 150;  ///< bit-equal values for as long are EM_STUCK
-  int iterations = 8;        ///< at most, of Gauss-Newton
-  PaperSettings paper;       ///< of mode "paper" alone
+  ImageLikelihoodForm image_likelihood = ImageLikelihoodForm::kVesselness;  ///< of modes "joint" and "filter"
+  double sigma_image_px = 0.5;  ///< of one correspondence line's offset, beside its own variance
+  double image_search_px = 14;  ///< half length of the correspondence lines
+  double image_temper = 6;      ///< pixels are not independent: variance of the image is multiplied by this
+  double em_stale_ms = 150;     ///< EM_STALE is said by this age of the newest EM measurement: see EmPatience
+  double em_stuck_ms = 150;     ///< bit-equal values for as long are EM_STUCK
+  int iterations = 8;           ///< at most, of Gauss-Newton
+  PaperSettings paper;          ///< of mode "paper" alone
 };
 
 }  // namespace tubed

@@ -357,6 +357,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   images_ = ImageVerdict::kShowsTube;
   state_.images_without_tube = 0;
   state_.confirmed = observation.instant;
+  views_.trust(observation);
   if (!take_lines(lines)) {
     state_.begun = false;
     return;

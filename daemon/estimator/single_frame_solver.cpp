@@ -94,6 +94,8 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
     views.forget_instant(observation.instant);
     estimate.has_image = false;
     C_ = C_em_;
+  } else if (verdict == ImageVerdict::kShowsTube) {
+    views.trust(observation);
   }
   return verdict;
 }

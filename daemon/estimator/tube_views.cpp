@@ -25,7 +25,7 @@ TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescript
                      const RoomDescription& room)
     : settings_(settings), layout_(instrument.length_mm), radius_mm_(instrument.diameter_mm / 2) {
   for (const CameraCalibration& calibration : room.cameras) {
-    views_.push_back(View{Camera(calibration)});
+    views_.push_back(View{Camera(calibration), make_image_likelihood(settings.image_likelihood)});
     areas_.emplace_back(calibration.width, calibration.height);
   }
 }
@@ -72,8 +72,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   if (in_view < kFewestLines) {
     return;
   }
-  const LineSearch::Outcome outcome =
-      search_.search(image, lines_, layout_.count, reach_px, kLineTransition_px);
+  const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
@@ -161,14 +160,25 @@ MonotonicTime TubeViews::newest_exposure() const {
   return newest;
 }
 
+void TubeViews::trust(const Observation& observation) {
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ImageMeasurement* image = observation.images[v];
+    if (image != nullptr && image->state == ImageState::kMeasured && views_[v].count > 0) {
+      views_[v].likelihood->trust(*image);
+    }
+  }
+}
+
 void TubeViews::forget_instant(MonotonicTime instant) {
   for (View& view : views_) {
+    if (view.exposure == instant) view.likelihood->distrust();
     view.count = view.exposure == instant ? 0 : view.count;
   }
 }
 
 void TubeViews::forget() {
   for (View& view : views_) {
+    view.likelihood->forget();
     view.count = 0;
     view.exposure = MonotonicTime{};
   }

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/tube_map.hpp"
+#include "daemon/image/image_likelihood.hpp"
 #include "daemon/image/projected_lines.hpp"
 
 namespace tubed {
@@ -36,6 +38,10 @@ class TubeViews {
   /// Exposure of the newest image that lines were kept of; zero: none.
   [[nodiscard]] MonotonicTime newest_exposure() const;
 
+  /// The images of this instant showed the tube where measure() found it last: what they look like may be
+  /// learnt.
+  void trust(const Observation& observation);
+
   /// Drops the lines of the images of this instant: they showed something else.
   void forget_instant(MonotonicTime instant);
 
@@ -46,6 +52,7 @@ class TubeViews {
 
   struct View {
     Camera camera;
+    std::unique_ptr<ImageLikelihood> likelihood;
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
@@ -61,7 +68,6 @@ class TubeViews {
   EstimatorSettings settings_;
   std::vector<View> views_;
   std::array<ViewConstraints, kMaxCameras> gathered_{};
-  LineSearch search_;
   CorrespondenceLines lines_{};
   LineLayout layout_;
   std::vector<ImageArea> areas_;  ///< scratch, one a view

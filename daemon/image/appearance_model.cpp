@@ -95,6 +95,9 @@ bool AppearanceModel::learn(const ImageMeasurement& image, std::span<const Pixel
   to_probabilities(rest);
   blend(tube, replaces ? 1.0F : static_cast<float>(share), foreground_);
   blend(rest, replaces ? 1.0F : static_cast<float>(share), background_);
+  for (std::size_t i = 0; i < log_odds_.size(); ++i) {
+    log_odds_[i] = std::log(foreground_[i] / background_[i]);
+  }
   learned_ = true;
   return true;
 }

@@ -37,6 +37,11 @@ class AppearanceModel {
   [[nodiscard]] float foreground(float grey, float vesselness) const;
   [[nodiscard]] float background(float grey, float vesselness) const;
 
+  /// log(P_f / P_b); 0 when nothing was learned.
+  [[nodiscard]] float log_odds(float grey, float vesselness) const {
+    return learned_ ? log_odds_[bin_of(grey, vesselness)] : 0.0F;
+  }
+
   [[nodiscard]] bool learned() const { return learned_; }
   void forget() { learned_ = false; }
 
@@ -51,6 +56,7 @@ class AppearanceModel {
   float bins_per_grey_ = 1;
   Histogram foreground_{};
   Histogram background_{};
+  Histogram log_odds_{};
 };
 
 }  // namespace tubed

@@ -9,10 +9,14 @@ namespace tubed {
 
 namespace {
 
-constexpr int kTransitionReach = 4;     // px; changes beyond are not considered
-constexpr float kEvidenceSlope = 6.0F;  // log-odds gained from no ridge to a full one
-constexpr float kEvidenceLimit = 3.0F;  // no single line may say more than this
-constexpr float kAgreement = 0.4F;      // share of the usual ridge height that counts as seeing the tube
+constexpr int kTransitionReach = 4;        // px; changes beyond are not considered
+constexpr float kEvidenceSlope = 6.0F;     // log-odds gained from no ridge to a full one
+constexpr float kEvidenceLimit = 3.0F;     // no single line may say more than this
+constexpr double kFlank_px = 3.0;          // beyond the tube's side, where its background is looked at
+constexpr float kLeastOfOtherSide = 0.1F;  // of the brighter side's contrast
+constexpr float kStrongEdge = 1.5F;        // times how much the tube usually stands out
+constexpr int kFewestEdgesBeside = 2;      // of the four next lines
+constexpr float kAgreement = 0.4F;         // share of the usual ridge height that counts as seeing the tube
 
 template <typename Row>
 void normalise(Row& row, int states) {
@@ -35,6 +39,60 @@ void convolve(const Row& from, const Kernel& kernel, int states, Row& to) {
     }
     to[static_cast<std::size_t>(k)] = sum;
   }
+}
+
+/// Differences in grey of both sides from what a line found: equal signs where it stands out. Over three
+/// pixels each.
+struct Sides {
+  float smaller = 0;  ///< 0 when the signs differ
+  float greater = 0;
+};
+
+Sides sides_of(const ImageMeasurement& image, const CorrespondenceLine& line) {
+  const auto mean_at = [&](double offset_px) {
+    float sum = 0;
+    for (const int k : {-1, 0, 1}) {
+      sum += sample_map(image, image.grey, line.base_px + (line.offset_px + offset_px + k) * line.normal);
+    }
+    return sum / 3;
+  };
+  const double away_px = line.half_width_px + kFlank_px;
+  const float centre = mean_at(0);
+  const float left = mean_at(-away_px) - centre;
+  const float right = mean_at(away_px) - centre;
+  return {left * right > 0 ? std::min(std::abs(left), std::abs(right)) : 0,
+          std::max(std::abs(left), std::abs(right))};
+}
+
+/// Lines on an edge speak neither for the tube nor against it, while they are the fewer.
+void count_agreeing(const std::array<CorrespondenceLine, LineSearch::kMaxLines>& lines,
+                    const std::array<bool, LineSearch::kMaxLines>& doubted, int count,
+                    LineSearch::Outcome& outcome) {
+  int agreeing = 0;
+  int asked = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    outcome.in_view += lines[i].in_view ? 1 : 0;
+    asked += lines[i].in_view && !doubted[i] ? 1 : 0;
+    agreeing += lines[i].agrees ? 1 : 0;
+  }
+  const double all = std::max<double>(asked, outcome.in_view / 2.0);
+  outcome.inlier_ratio = outcome.in_view > 0 ? agreeing / all : 0;
+}
+
+/// Mean of log(P_f / P_b) across the tube where the line found it, as far as the line reaches.
+float mean_log_odds(const ImageMeasurement& image, const AppearanceModel& model,
+                    const CorrespondenceLine& line, int reach_px) {
+  const int half = std::max(0, static_cast<int>(std::lround(line.half_width_px)));
+  float sum = 0;
+  int count = 0;
+  for (int k = -half; k <= half; ++k) {
+    const double place_px = line.offset_px + k;
+    if (std::abs(place_px) > reach_px) continue;
+    const Eigen::Vector2d p = line.base_px + place_px * line.normal;
+    sum += model.log_odds(sample_map(image, image.grey, p), sample_map(image, image.vesselness, p));
+    ++count;
+  }
+  return sum / static_cast<float>(std::max(count, 1));
 }
 
 }  // namespace
@@ -106,6 +164,91 @@ void LineSearch::run_chain(int count, int states, double transition_px) {
   }
 }
 
+void LineSearch::to_evidence(const ImageMeasurement& image, const AppearanceModel& model,
+                             const std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                             int reach_px) {
+  std::array<float, kMaxStates> odds{};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const CorrespondenceLine& line = lines[i];
+    evidence_[i].fill(1.0F);
+    if (!line.in_view) continue;
+    const int half = std::max(0, static_cast<int>(std::lround(line.half_width_px)));
+    for (int k = -reach_px; k <= reach_px; ++k) {
+      const Eigen::Vector2d p = line.base_px + k * line.normal;
+      odds[static_cast<std::size_t>(k + reach_px)] =
+          model.log_odds(sample_map(image, image.grey, p), sample_map(image, image.vesselness, p));
+    }
+    for (int k = 0; k <= 2 * reach_px; ++k) {
+      const int from = std::max(0, k - half);
+      const int to = std::min(2 * reach_px, k + half);
+      float sum = 0;
+      for (int j = from; j <= to; ++j) sum += odds[static_cast<std::size_t>(j)];
+      const float mean = sum / static_cast<float>(to - from + 1);
+      evidence_[i][static_cast<std::size_t>(k)] = std::exp(std::clamp(mean, -kEvidenceLimit, kEvidenceLimit));
+    }
+  }
+}
+
+void LineSearch::find_moments(std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                              int reach_px) const {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    CorrespondenceLine& line = lines[i];
+    double sum = 0;
+    double first_moment = 0;
+    double second_moment = 0;
+    for (int k = 0; k <= 2 * reach_px; ++k) {
+      const double p = static_cast<double>(forward_[i][static_cast<std::size_t>(k)]) *
+                       static_cast<double>(backward_[i][static_cast<std::size_t>(k)]);
+      const double offset = k - reach_px;
+      sum += p;
+      first_moment += p * offset;
+      second_moment += p * offset * offset;
+    }
+    line.offset_px = first_moment / std::max(sum, 1e-300);
+    line.variance_px2 =
+        std::max(0.0, second_moment / std::max(sum, 1e-300) - line.offset_px * line.offset_px);
+  }
+}
+
+// A round thing in front of an even background differs from both sides alike. The edge of a blade or of a
+// lung has one side only, and a ridge filter answers to it all the same. Lines on an edge that is stronger
+// than the tube know nothing of where the tube is, nor does one among such lines.
+void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines,
+                             int count, int reach_px) {
+  const double anywhere_px2 = reach_px * reach_px / 3.0;
+  std::array<Sides, kMaxLines> sides;
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    if (lines[i].in_view && lines[i].half_width_px > 0) {
+      sides[i] = sides_of(image, lines[i]);
+      peaks_[seen++] = sides[i].smaller;
+    }
+  }
+  if (seen == 0) {
+    on_edge_.fill(false);
+    return;
+  }
+  const auto middle = peaks_.begin() + static_cast<std::ptrdiff_t>(seen / 2);
+  std::nth_element(peaks_.begin(), middle, peaks_.begin() + static_cast<std::ptrdiff_t>(seen));
+  const float usual = *middle;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    on_edge_[i] = lines[i].in_view && sides[i].greater > kStrongEdge * usual &&
+                  sides[i].smaller < kLeastOfOtherSide * sides[i].greater;
+  }
+  for (int i = 0; i < count; ++i) {
+    int beside = 0;
+    for (const int k : {-2, -1, 1, 2}) {
+      const int neighbour = i + k;
+      beside += neighbour >= 0 && neighbour < count && on_edge_[static_cast<std::size_t>(neighbour)] ? 1 : 0;
+    }
+    if (on_edge_[static_cast<std::size_t>(i)] || beside >= kFewestEdgesBeside) {
+      CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+      line.agrees = false;
+      line.variance_px2 = std::max(line.variance_px2, anywhere_px2);
+    }
+  }
+}
+
 LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
                                        std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                                        int reach_px, double transition_px) {
@@ -119,29 +262,48 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
   outcome.ridge_height = height;
   to_evidence(lines, count, states, height);
   run_chain(count, states, transition_px);
-  int agreeing = 0;
+  find_moments(lines, count, reach_px);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     CorrespondenceLine& line = lines[i];
-    double sum = 0;
-    double first_moment = 0;
-    double second_moment = 0;
-    for (int k = 0; k < states; ++k) {
-      const double p = static_cast<double>(forward_[i][static_cast<std::size_t>(k)]) *
-                       static_cast<double>(backward_[i][static_cast<std::size_t>(k)]);
-      const double offset = k - reach_px;
-      sum += p;
-      first_moment += p * offset;
-      second_moment += p * offset * offset;
-    }
-    line.offset_px = first_moment / std::max(sum, 1e-300);
-    line.variance_px2 =
-        std::max(0.0, second_moment / std::max(sum, 1e-300) - line.offset_px * line.offset_px);
     const Eigen::Vector2d found = line.base_px + line.offset_px * line.normal;
     line.agrees = line.in_view && height > 0 && sample_vesselness(image, found) > kAgreement * height;
-    outcome.in_view += line.in_view ? 1 : 0;
-    agreeing += line.agrees ? 1 : 0;
   }
-  outcome.inlier_ratio = outcome.in_view > 0 ? static_cast<double>(agreeing) / outcome.in_view : 0;
+  doubt_edges(image, lines, count, reach_px);
+  count_agreeing(lines, on_edge_, count, outcome);
+  return outcome;
+}
+
+LineSearch::Outcome LineSearch::search(const ImageMeasurement& image, const AppearanceModel& model,
+                                       std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                                       int reach_px, double transition_px) {
+  if (count == 0) {
+    return {};
+  }
+  to_evidence(image, model, lines, count, reach_px);
+  run_chain(count, 2 * reach_px + 1, transition_px);
+  find_moments(lines, count, reach_px);
+  return judge(image, model, lines, count, reach_px);
+}
+
+LineSearch::Outcome LineSearch::judge(const ImageMeasurement& image, const AppearanceModel& model,
+                                      std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                                      int reach_px) {
+  Outcome outcome;
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    CorrespondenceLine& line = lines[i];
+    line.agrees = line.in_view && mean_log_odds(image, model, line, reach_px) > 0;
+    if (line.in_view) {
+      peaks_[seen++] = sample_vesselness(image, line.base_px + line.offset_px * line.normal);
+    }
+  }
+  doubt_edges(image, lines, count, reach_px);
+  count_agreeing(lines, on_edge_, count, outcome);
+  if (seen > 0) {
+    const auto middle = peaks_.begin() + static_cast<std::ptrdiff_t>(seen / 2);
+    std::nth_element(peaks_.begin(), middle, peaks_.begin() + static_cast<std::ptrdiff_t>(seen));
+    outcome.ridge_height = *middle;
+  }
   return outcome;
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/image/appearance_model.hpp"
 #include "daemon/image/image_measurement.hpp"
 
 namespace tubed {
@@ -17,14 +18,14 @@ struct CorrespondenceLine {
   bool in_view = false;                               ///< set by the caller; the others are passed over
   double offset_px = 0;                               ///< found: mean of the posterior along the normal
   double variance_px2 = 0;                            ///< found: its variance
-  bool agrees = false;                                ///< the image shows a ridge there
+  bool agrees = false;                                ///< the image shows a ridge there, and no edge
 };
 
 /// Finds the offsets of neighbouring lines together: a chain whose states are offsets along each line, whose
-/// transitions prefer a smooth tube and whose evidence is the vesselness. Mean and variance of each line's
-/// posterior come from the forward-backward recursion, so a faint stretch is carried by its neighbours and
-/// says so by a larger variance. Called by the optimizer thread; memory is the object itself, search() never
-/// allocates.
+/// transitions prefer a smooth tube and whose evidence is the vesselness, or how tube-like the pixels are.
+/// Mean and variance of each line's posterior come from the forward-backward recursion, so a faint stretch is
+/// carried by its neighbours and says so by a larger variance. Called by the optimizer thread; memory is the
+/// object itself, search() never allocates.
 class LineSearch {
  public:
   static constexpr int kMaxLines = 256;
@@ -33,7 +34,7 @@ class LineSearch {
   /// What a search found over all lines.
   struct Outcome {
     int in_view = 0;          ///< lines that could be searched
-    double inlier_ratio = 0;  ///< share of them that agree
+    double inlier_ratio = 0;  ///< share of those not on an edge that agree
     float ridge_height = 0;   ///< usual vesselness of the tube: median over the lines of their maxima
   };
 
@@ -41,6 +42,16 @@ class LineSearch {
   /// either side. `transition_px`: standard deviation of the offset's change from one line to the next.
   Outcome search(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                  int reach_px, double transition_px);
+
+  /// The same with another evidence: log(P_f / P_b) of `model`, the mean over the line's half width to either
+  /// side. A line agrees when what it found looks more like tube than like background.
+  Outcome search(const ImageMeasurement& image, const AppearanceModel& model,
+                 std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px,
+                 double transition_px);
+
+  /// Fills `agrees` by the model, for lines whose offsets somebody else has found.
+  Outcome judge(const ImageMeasurement& image, const AppearanceModel& model,
+                std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px);
 
  private:
   static constexpr int kMaxStates = 2 * kMaxReach + 1;
@@ -52,6 +63,11 @@ class LineSearch {
                                    int states);
   void to_evidence(const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int states,
                    float height);
+  void to_evidence(const ImageMeasurement& image, const AppearanceModel& model,
+                   const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px);
+  void find_moments(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px) const;
+  void doubt_edges(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                   int reach_px);
   void run_chain(int count, int states, double transition_px);
 
   std::array<Row, kMaxLines> vesselness_;
@@ -59,6 +75,7 @@ class LineSearch {
   std::array<Row, kMaxLines> forward_;
   std::array<Row, kMaxLines> backward_;
   std::array<float, kMaxLines> peaks_;
+  std::array<bool, kMaxLines> on_edge_;
 };
 
 }  // namespace tubed

@@ -6,6 +6,7 @@
 
 #include "clients/tubectl/explanation.hpp"
 #include "clients/tubectl/explanation_picture.hpp"
+#include "clients/tubectl/registration.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_image.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"
@@ -120,6 +121,22 @@ TEST_F(Explain, WritesPicturesAndTheTableOfItsLines) {
   std::string header;
   std::getline(table, header);
   EXPECT_EQ(header, "s_mm,base_x_px,base_y_px,normal_x,normal_y,offset_px,sigma_px,agrees");
+}
+
+TEST_F(Explain, WithoutAnImageEveryMethodTellsHowFarItsTubesLieFromTheTruth) {
+  const auto images = register_images(read_sequence(folder_.path()), registration_methods().front().settings,
+                                      FrangiSettings{});
+
+  ASSERT_EQ(images.size(), 1U);  // the others are without fluoroscopy
+  EXPECT_NEAR(images[0].distance_px[100], kRidge_px - 50, 0.6);
+  EXPECT_EQ(summary_of(images).captured, 1U);
+
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_verb(add_explain, {"explain", folder_.path()}), kExitOk);
+  const std::string text = testing::internal::GetCapturedStdout();
+  for (const RegistrationMethod& method : registration_methods()) {
+    EXPECT_NE(text.find('\n' + method.name + ' '), std::string::npos) << text;
+  }
 }
 
 TEST_F(Explain, AFrameThatIsNotThereIsRefusedWithThoseThatAre) {

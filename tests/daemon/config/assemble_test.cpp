@@ -82,6 +82,7 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   text +=
       "[estimator]\nmode = \"em\"\ncoefficient_count = 20\nsigma_position_mm = 1.5\nsigma_tangent = 0.25\n"
       "sigma_strain_sqrt_mm = 0.5\nbending_q_per_mm = 0.125\nsigma_image_px = 2.5\nimage_search_px = 9\n"
+      "image_likelihood = \"posterior\"\n"
       "image_temper = 3\nem_stale_ms = 210\nem_stuck_ms = 220\nimage_stale_ms = 230\niterations = 5\n"
       "[frangi]\nscales_px = [2, 4]\nbeta = 0.75\nstructureness = 12\npolarity = \"bright\"\n"
       "smoothing = \"integer16\"\narea = \"frame\"\n";
@@ -97,6 +98,7 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   EXPECT_EQ(estimator.bending_q_per_mm, 0.125);
   EXPECT_EQ(estimator.sigma_image_px, 2.5);
   EXPECT_EQ(estimator.image_search_px, 9);
+  EXPECT_EQ(estimator.image_likelihood, ImageLikelihoodForm::kPosterior);
   EXPECT_EQ(estimator.image_temper, 3);
   EXPECT_EQ(estimator.em_stale_ms, 210);
   EXPECT_EQ(estimator.em_stuck_ms, 220);
