@@ -237,10 +237,11 @@ TEST_F(ShmTubeReaderTest, ACWriterThatCannotBeOpenedSaysWhy) {
   const tubed_image_writer_settings nowhere{"/no/such/folder/a.sock", "A", 8, 8, 8, -1};
   EXPECT_EQ(tubed_image_writer_open(&nowhere, why, sizeof(why)), nullptr);
   EXPECT_NE(std::string(why).find("cannot bind"), std::string::npos) << why;
-  const tubed_image_writer_settings empty{folder_.socket().c_str(), "A", 0, 8, 8, -1};
+  const std::string socket = folder_.socket();  // the settings only point to it
+  const tubed_image_writer_settings empty{socket.c_str(), "A", 0, 8, 8, -1};
   EXPECT_EQ(tubed_image_writer_open(&empty, nullptr, 0), nullptr);
   // Cut to 32 bits it would be root's.
-  const tubed_image_writer_settings group{folder_.socket().c_str(), "A", 8, 8, 8, std::int64_t{1} << 32U};
+  const tubed_image_writer_settings group{socket.c_str(), "A", 8, 8, 8, std::int64_t{1} << 32U};
   EXPECT_EQ(tubed_image_writer_open(&group, why, sizeof(why)), nullptr);
   EXPECT_NE(std::string(why).find("no group 4294967296"), std::string::npos) << why;
 }
