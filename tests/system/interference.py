@@ -73,7 +73,8 @@ def turn(bed, is_fifo):
         listener.terminate()
         listener.wait()
     check(daemon.stop() == 0, "the daemon did not end well")
-    received = [json.loads(line) for line in lines.read_text().splitlines()]
+    # Behind the last line break is what the listener was writing when it was ended.
+    received = [json.loads(line) for line in lines.read_text().split("\n")[:-1]]
     samples = [s for s in received if "event" not in s and begun_ns <= s["stamps"]["publish_started_monotonic_ns"] <= ended_ns]
     instants = [begun_ns] + [s["stamps"]["publish_started_monotonic_ns"] for s in samples] + [ended_ns]
     # A period without a sample is a missed one, however many follow at once.
