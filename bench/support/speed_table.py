@@ -201,11 +201,12 @@ def accuracy_table(figures):
             + ", ".join(of_seeds(figures, preset, "filter", f"{axis} RMS/in_view") for axis in "xyz")
             + f" | {of_seeds(figures, preset, 'filter', 'Hausdorff/in_view')} | {of_seeds(figures, preset, 'filter', 'RMS/in_view', 'p95')} | {within} |")
     lines += ["| the paper's own figures (its Table 1) | 2.8 | 2.0 | | | 0.2, 0.2, | | | |", "",
-              f"Everything simulated, mm, points in the image, closest-point distances; each figure is the median over instants, then over "
+              f"Everything simulated, every third of 337 steps, mm, points in the image, closest-point distances; each figure is the median over instants, then over "
               f"{len(runs)} runs (seeds {', '.join(runs)}, none of them used while tuning), in brackets the best and the worst run. Modes are those of "
               f"`[estimator] mode`; `filter` is the default, `em` never sees an image. "
               f"`./run bench accuracy --preset {','.join(p for p, _, _ in PRESETS)} --seeds {','.join(runs)} --modes em,paper,filter`, "
-              f"then `cp accuracy/accuracy.json bench/results/`; revision {figures.reports['accuracy']['git']}."]
+              f"then `cp accuracy/accuracy.json bench/results/`; revision {figures.reports['accuracy']['git']}. "
+              "With all 337 steps (`--every 1`) noise averages out better: see [bench](bench/README.md)."]
     return "\n".join(lines)
 
 
