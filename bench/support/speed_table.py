@@ -40,9 +40,11 @@ class Figures:
         return pattern.format(value) + (" (unsteady)" if self.rows[name].get("flagged") else "")
 
     def machine(self, stem):
-        machine = self.reports[stem]["machine"]
-        return (f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']:.1f} beside it, "
-                f"revision {self.reports[stem]['git']}")
+        """What measured it, on what, and the command as it was given; where it wrote to is nobody's business."""
+        report = self.reports[stem]
+        command = re.sub(r" --json \S+", "", report.get("command", ""))
+        return (f"{report['machine']['cpu']}, {report['machine']['cores']} cores, load {report['machine']['load']:.1f} beside it, "
+                f"revision {report['git']}" + (f", `{command}`" if command else ""))
 
 
 def judged(value, first, goal, smaller_is_better=True, steady=True):
@@ -132,7 +134,7 @@ def speed_table(figures):
     if "end_to_end" in figures.reports:
         lines += ["", "\"unsteady\": the two halves of the run differ by more than 15 %. Measured on " +
                   "; ".join(f"`{stem}`: {figures.machine(stem)}" for stem in
-                            ("end_to_end", "publish", "stages", "load", "soak") if stem in figures.reports) + "."]
+                            ("end_to_end", "publish", "stages", "solve", "instant", "load", "soak") if stem in figures.reports) + "."]
     return "\n".join(lines)
 
 
@@ -149,7 +151,7 @@ def latency_table(figures):
                  f"{figures.text('end_to_end/30/paper-loop/written', '{:.0f}')} | "
                  f"{figures.text('end_to_end/30/paper-loop/written', '{:.0f}', 'p99')} |")
     if "end_to_end" in figures.reports:
-        lines += ["", f"{figures.machine('end_to_end')}; `./run bench end_to_end`."]
+        lines += ["", f"{figures.machine('end_to_end')}."]
     return "\n".join(lines)
 
 
