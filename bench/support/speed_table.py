@@ -134,7 +134,7 @@ def speed_table(figures):
     if "end_to_end" in figures.reports:
         lines += ["", "\"unsteady\": the two halves of the run differ by more than 15 %. Measured on " +
                   "; ".join(f"`{stem}`: {figures.machine(stem)}" for stem in
-                            ("end_to_end", "publish", "stages", "solve", "instant", "load", "soak") if stem in figures.reports) + "."]
+                            ("end_to_end", "publish", "stages", "load", "soak") if stem in figures.reports) + "."]
     return "\n".join(lines)
 
 

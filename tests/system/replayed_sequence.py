@@ -103,13 +103,12 @@ def of_frames(file, frames):
     file.write_text(head + "".join(row for row in rows if int(row.split(",", 1)[0]) in frames), encoding="utf-8")
 
 
-def compare_accuracy(bed, folder, mode):
-    """Prints and checks what the truth of a simulated folder says of both, frames that were not skipped."""
+def compare_accuracy(bed, folder, mode, samples):
+    """Prints and checks what the truth of a simulated folder says of both, frames that were not skipped; after compare()."""
     if not (folder / "truth.csv").exists():
         say("no truth.csv: the accuracy of both cannot be compared")
         return
     live, offline = bed.folder / "live.csv", bed.folder / f"{mode}.csv"
-    shapes, samples = offline_shapes(bed, folder, mode), replayed_samples(bed, folder, mode)
     write_estimates(live, samples)
     of_frames(offline, set(samples))
     report = bed.folder / "accuracy.json"
@@ -117,7 +116,7 @@ def compare_accuracy(bed, folder, mode):
     check(done.returncode == 0, f"tubectl evaluate exits {done.returncode}: {done.stderr}")
     rms = json.loads(report.read_text(encoding="utf-8"))["comparison"]["metrics"]["RMS"]
     offline_mm, live_mm = rms["em_mm"]["median"], rms["fused_mm"]["median"]
-    say(f"{len(samples)} of {len(shapes)} frames not superseded; RMS, median over them: {offline_mm:.3f} mm offline, {live_mm:.3f} mm live")
+    say(f"RMS, median over {len(samples)} frames that were not superseded: {offline_mm:.3f} mm offline, {live_mm:.3f} mm live")
     check(abs(live_mm - offline_mm) <= max(0.02 * offline_mm, 0.02), "the live pipeline is not as accurate as the offline one")
 
 
@@ -147,8 +146,8 @@ if __name__ == "__main__":
     arguments = parser.parse_args()
 
     def by_hand(bed):
-        compare(bed, arguments.sequence.absolute(), arguments.mode)
-        compare_accuracy(bed, arguments.sequence.absolute(), arguments.mode)
+        _, samples = compare(bed, arguments.sequence.absolute(), arguments.mode)
+        compare_accuracy(bed, arguments.sequence.absolute(), arguments.mode, samples)
 
     sys.exit(beds.run_scenario((a_replayed_sequence_gives_the_shapes_of_the_offline_reconstruction, by_hand),
                                arguments.programs, "by_hand" if arguments.sequence else arguments.scenario,
