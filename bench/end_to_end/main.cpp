@@ -15,6 +15,7 @@ struct Choice {
   int rounds = 2;
   double seconds = 10;
   bool any_cpu = false;
+  std::string area = "band";
 };
 
 /// All rounds of one contestant at one rate.
@@ -125,6 +126,7 @@ void measure(const Choice& choice, Report& report) {
   for (const double rate_hz : choice.rates_hz) {
     SceneSettings settings;
     settings.rate_hz = rate_hz;
+    settings.frangi_area = choice.area;
     const Scene scene(settings);
     Rounds own;
     Rounds paper;
@@ -206,6 +208,9 @@ int main(int argc, char** argv) {
              ->capture_default_str();
          app.add_option("--seconds", choice.seconds, "that count, of a turn")
              ->check(CLI::Range(2.0, 3600.0))
+             ->capture_default_str();
+         app.add_option("--area", choice.area, "[frangi] area of the daemon")
+             ->check(CLI::IsMember({"band", "frame"}))
              ->capture_default_str();
          app.add_flag("--any-cpu", choice.any_cpu, "do not keep the contestant to one CPU");
        },

@@ -154,7 +154,8 @@ std::string scene_configuration(const Scene& scene, const std::filesystem::path&
   text << "[daemon]\nrate_hz = " << scene.settings().rate_hz << "\ntick_grace_ms = " << tick_grace_ms
        << "\n[dds]\ndomain = " << domain << "\n[shm]\nestimates_socket = \"" << estimates_socket(folder)
        << "\"\n[estimator]\ncoefficient_count = " << scene.settings().coefficient_count
-       << "\n[em]\ndriver = \"replay\"\nT_world_em = ";
+       << "\n[frangi]\narea = \"" << scene.settings().frangi_area
+       << "\"\n[em]\ndriver = \"replay\"\nT_world_em = ";
   write_matrix(text, scene.room().T_world_em);
   text << "[replay]\nfolder = \"" << (folder / "em").string() << "\"\nstart_monotonic_ns = " << start_ns
        << '\n';

@@ -21,6 +21,7 @@ struct SceneSettings {
   int cameras = 1;      ///< 1 or 2: from the front, from the side
   int instruments = 1;  ///< the one catheter, tracked so many times
   int coefficient_count = 26;
+  std::string frangi_area = "band";  ///< [frangi] area
   double em_rate_hz = 40;
 };
 

@@ -15,6 +15,7 @@
 #include "drivers/interface/monotonic_clock.hpp"
 #include "drivers/simulation/aurora_emulator/control.hpp"
 #include "drivers/simulation/aurora_emulator/serial_front.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -105,12 +106,6 @@ bool whole(const EmFrame& frame) {
 
 class TrackerInterruptions : public testing::Test {
  protected:
-  static std::filesystem::path new_folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tubed-line-XXXXXX").string();
-    return mkdtemp(name.data());
-  }
-  ~TrackerInterruptions() override { std::filesystem::remove_all(folder_); }
-
   /// What the pipeline does: reads, and closes and opens again after kLost. Seconds from `since` until the
   /// first measurement after it with all coils; 30 when there is none by then.
   double until_whole(MonotonicTime since) {
@@ -156,7 +151,8 @@ class TrackerInterruptions : public testing::Test {
     EXPECT_LE(took_s, tracker_s + kAllowed_s) << what;
   }
 
-  std::filesystem::path folder_ = new_folder();
+  const TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
   std::filesystem::path link_ = folder_ / "port";
   RoomDescription room_ = room();
   std::unique_ptr<EmSource> source_ = make_aurora_serial_em_source(room_, settings(), link_.string());

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "daemon/config/sample_configuration.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -17,12 +18,9 @@ namespace fs = std::filesystem;
 class Doctor : public testing::Test {
  protected:
   Doctor() {
-    std::string name = (fs::temp_directory_path() / "tubed-doctor-XXXXXX").string();
-    machine_.root = mkdtemp(name.data());
+    machine_.root = folder_.path();
     machine_.configuration = machine_.root / "tubed.toml";
   }
-  ~Doctor() override { fs::remove_all(machine_.root); }
-
   void write(const fs::path& name, const std::string& text) {
     fs::create_directories((machine_.root / name).parent_path());
     std::ofstream(machine_.root / name) << text;
@@ -36,6 +34,7 @@ class Doctor : public testing::Test {
     return {};
   }
 
+  const TemporaryFolder folder_;
   Machine machine_;
 };
 

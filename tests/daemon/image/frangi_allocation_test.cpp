@@ -1,25 +1,9 @@
 // Counts calls of operator new in this executable: the filter may not make any.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "daemon/image/vesselness_meter.hpp"
 #include "tests/daemon/image/frangi_bed.hpp"
-
-namespace {
-std::size_t allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
@@ -32,13 +16,13 @@ TEST(Frangi, NeverAllocatesOnceItIsMade) {
   const auto bytes = tubes<std::uint8_t>();
   const auto words = tubes<std::uint16_t>();
   const auto floats = tubes<float>();
-  const std::size_t before = allocations;
+  const long before = allocations;
   filter.filter_tiles(bytes, kTiles, maps.all());
   filter.filter(bytes, maps.all());
   filter.filter(words, maps.vesselness);
   filter.filter(floats, maps.all());
   filter.filter_tiles(floats, kTiles, maps.all());
-  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(allocations - before, 0);
 }
 
 TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
@@ -51,7 +35,7 @@ TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
   image.brightest = 255;
   ImageArea area(kWidth, kHeight);
   const ImageArea whole = image.measured;
-  const std::size_t before = allocations;
+  const long before = allocations;
   for (int round = 0; round < 3; ++round) {
     area.clear();
     area.add_box({10.0 + round, 5}, {40, 60});
@@ -60,7 +44,7 @@ TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
     on_demand.require(area);
     on_demand.require(whole);
   }
-  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(allocations - before, 0);
   EXPECT_EQ(on_demand.completed_images(), 3U);
 }
 

@@ -1,4 +1,5 @@
 #include "daemon/publishing/journal.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -26,11 +27,10 @@ TEST(JournalEntry, AValueOfSeveralLinesHasItsLengthInFrontAndForgesNoField) {
 }
 
 TEST(JournalSocket, AnEntryArrivesAsOneDatagram) {
-  std::string folder = "/tmp/tubed-journal-XXXXXX";
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const TemporaryFolder folder;
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const std::string path = folder + "/socket";
+  const std::string path = folder.path() / "socket";
   std::copy(path.begin(), path.end(), address.sun_path);
   const int journal = socket(AF_UNIX, SOCK_DGRAM, 0);
   JournalSocket socket(path);
@@ -44,7 +44,6 @@ TEST(JournalSocket, AnEntryArrivesAsOneDatagram) {
   EXPECT_EQ(std::string(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(received, 0))),
             "MESSAGE=here\n");
   close(journal);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(JournalSocket, OnlyTheStreamThatSystemdNamesIsTheJournals) {

@@ -1,26 +1,10 @@
 // Reading replies and frames happens where nothing may allocate.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "drivers/aurora/can_coil_assembler.hpp"
 #include "drivers/aurora/reply_reader.hpp"
 #include "tests/drivers/aurora/drawn_replies.hpp"
-
-namespace {
-thread_local long allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* const memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed::aurora {
 namespace {

@@ -2,28 +2,11 @@
 // or the interface away.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "drivers/aurora_can/aurora_can_driver.hpp"
 #include "drivers/aurora_can/aurora_can_source.hpp"
 #include "drivers/aurora_can/can_packer.hpp"
 #include "tests/drivers/aurora_can/paired_port.hpp"
-
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  allocations += counting ? 1 : 0;
-  if (void* const memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
@@ -94,6 +77,7 @@ TEST_P(CanSourceWithoutAllocation, AllocationsAreSeenByThisTest) {
 }
 
 TEST_P(CanSourceWithoutAllocation, HoldsWhateverTheBusDoes) {
+  counting = false;
   ASSERT_TRUE(source.open().ok);
   allocations = 0;
   for (int n = 0; n < 200; ++n) {

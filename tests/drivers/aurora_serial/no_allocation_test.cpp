@@ -2,25 +2,8 @@
 // anew.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "tests/drivers/aurora_serial/session_bench.hpp"
-
-namespace {
-thread_local bool counting = false;
-thread_local long allocations = 0;
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  allocations += counting ? 1 : 0;
-  if (void* const memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed::aurora {
 namespace {
@@ -65,6 +48,7 @@ TEST(NoAllocation, IsSeenByThisTest) {
 }
 
 TEST(NoAllocation, HappensInASessionWhateverHappens) {
+  counting = false;
   SessionBench bench;
   UncountedLine line(bench.line);
   bench.session.attach(line);

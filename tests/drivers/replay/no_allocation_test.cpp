@@ -1,25 +1,9 @@
 // Counts calls of operator new in this executable: read() may not make any.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "drivers/replay/replay_driver.hpp"
 #include "tests/drivers/replay/small_sequence.hpp"
-
-namespace {
-thread_local int allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
@@ -45,7 +29,7 @@ TEST(ReplayReads, AllocateNothing) {
   const ReadOutcome measured = tracker->read(em, MonotonicTime{});
   const ReadOutcome exposed = camera->read(image, MonotonicTime{});
   const ReadOutcome ended = camera->read(image, MonotonicTime{});
-  const int counted = allocations;
+  const long counted = allocations;
 
   EXPECT_EQ(counted, 0);
   EXPECT_EQ(measured, ReadOutcome::kFrame);

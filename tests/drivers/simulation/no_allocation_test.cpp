@@ -1,25 +1,9 @@
 // Counts calls of operator new in this executable: read() may not make any.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "drivers/interface/monotonic_clock.hpp"
 #include "tests/drivers/simulation/simulated_room.hpp"
-
-namespace {
-thread_local int allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
@@ -43,7 +27,7 @@ TEST(SimulationReads, AllocateNothing) {
     frames += tracker->read(em, patience) == ReadOutcome::kFrame ? 1 : 0;
     frames += camera->read(image, patience) == ReadOutcome::kFrame ? 1 : 0;
   }
-  const int counted = allocations;
+  const long counted = allocations;
 
   EXPECT_EQ(counted, 0);
   EXPECT_EQ(frames, 10);

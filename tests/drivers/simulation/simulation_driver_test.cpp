@@ -14,6 +14,7 @@
 #include "drivers/simulation/fault_socket.hpp"
 #include "drivers/simulation/simulated_world.hpp"
 #include "tests/drivers/simulation/simulated_room.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -134,15 +135,7 @@ TEST_F(SimulationDriver, AnImageShowsTheWorldAtItsExposure) {
 /// Sources that take commands, and a way to send them.
 class ControlledSimulation : public SimulationDriver {
  protected:
-  ControlledSimulation() {
-    std::string name = (std::filesystem::temp_directory_path() / "tubed-control-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error("no temporary folder");
-    }
-    folder_ = name;
-    settings_ = settings_.with("control_folder", folder_.string());
-  }
-  ~ControlledSimulation() override { std::filesystem::remove_all(folder_); }
+  ControlledSimulation() { settings_ = settings_.with("control_folder", folder_.string()); }
 
   void send(const std::string& socket_name, const std::string& command) const {
     const int sender = ::socket(AF_UNIX, SOCK_DGRAM, 0);
@@ -155,7 +148,8 @@ class ControlledSimulation : public SimulationDriver {
     ASSERT_EQ(sent, static_cast<ssize_t>(command.size()));
   }
 
-  std::filesystem::path folder_;
+  const TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
 };
 
 TEST_F(ControlledSimulation, ALostCoilIsMissingInTheNextSampleUntilItIsRestored) {

@@ -14,6 +14,7 @@
 
 #include "drivers/simulation/catheterisation.hpp"
 #include "drivers/simulation/surface_mesh.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -46,12 +47,6 @@ std::vector<Corners> closed_tube() {
 
 class VesselFile : public ::testing::Test {
  protected:
-  VesselFile() {
-    std::string name = (std::filesystem::temp_directory_path() / "tubed-vessel-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~VesselFile() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path write(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return folder_ / name;
@@ -93,7 +88,8 @@ class VesselFile : public ::testing::Test {
     return "was taken";
   }
 
-  std::filesystem::path folder_;
+  const TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
 };
 
 TEST_F(VesselFile, AsciiAndBinarySurfacesAreTheSameTube) {

@@ -11,6 +11,7 @@
 
 #include "drivers/interface/monotonic_clock.hpp"
 #include "tests/drivers/simulation/aurora_emulator/emulated_room.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed::aurora::emulator {
 namespace {
@@ -18,15 +19,8 @@ namespace {
 class SerialFrontTest : public testing::Test {
  protected:
   SerialFrontTest() : device_(quick(), moving(5), monotonic_now()), front_(device_, folder_ / "port", "") {}
-  ~SerialFrontTest() override {
-    close_port();
-    std::filesystem::remove_all(folder_);
-  }
+  ~SerialFrontTest() override { close_port(); }
 
-  static std::filesystem::path new_folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tubed-front-XXXXXX").string();
-    return mkdtemp(name.data());
-  }
   static DeviceSettings quick() {
     DeviceSettings settings;
     settings.durations.reset = settings.durations.init = milliseconds(1);
@@ -61,7 +55,8 @@ class SerialFrontTest : public testing::Test {
     return got;
   }
 
-  std::filesystem::path folder_ = new_folder();
+  const TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
   Device device_;
   SerialFront front_;
   int port_ = -1;

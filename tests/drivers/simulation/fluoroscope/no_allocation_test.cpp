@@ -1,25 +1,9 @@
 // Counts calls of operator new in this executable: an exposure may not make any.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "drivers/simulation/fluoroscope/clutter.hpp"
 #include "tests/drivers/simulation/fluoroscope/small_patient.hpp"
-
-namespace {
-thread_local int allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
@@ -45,7 +29,7 @@ TEST(Exposures, AllocateNothingWhateverIsInThePicture) {
     scene.fluoroscopy_on = scene.exposure != 3;
     radiograph.render(scene, pixels);
   }
-  const int counted = allocations;
+  const long counted = allocations;
 
   EXPECT_EQ(counted, 0);
 }
