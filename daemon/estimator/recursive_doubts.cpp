@@ -18,6 +18,11 @@ constexpr double kDoubtedFrom = 7;
 constexpr double kBetterAlone = 0.5;
 constexpr double kSeenAsWell = 0.9;
 constexpr int kDoubtedTimes = 2;
+// A snap: coils off the shape in the mean (chi^2 a coil, 3 dof), at least one of them for certain, and a
+// third as far off a shape of this instant. One coil may be wrong by itself: it has to say so twice in a row.
+constexpr double kSnappedFrom = 5;
+constexpr double kContradictingFrom = 7;
+constexpr double kFarBetterAlone = 0.33;
 
 }  // namespace
 
@@ -35,19 +40,71 @@ double RecursiveEstimator::distance_from_coils(const CoilObservations& coils,
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     if (coil.used()) {
-      const CubicBasis basis = map_.spline().basis(coil.s_mm);
-      chi_squared += (combine(C, basis.first, basis.value) - coil.p_world_mm).squaredNorm();
+      chi_squared += off_coil_mm(coil, C).squaredNorm();
     }
   }
   return chi_squared / (settings_.sigma_position_mm * settings_.sigma_position_mm);
 }
 
+// Without the error of the coil that stays.
+Eigen::Vector3d RecursiveEstimator::off_coil_mm(const CoilObservation& coil,
+                                                const Eigen::Matrix3Xd& C) const {
+  const CubicBasis basis = map_.spline().basis(coil.s_mm);
+  return coil.p_world_mm - combine(C, basis.first, basis.value);
+}
+
+// How many coils, gated or not, say that the tube has snapped to where a shape of this instant alone has it.
+// Nothing of it is in the image when it has snapped along the rays.
+int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const CoilObservations& coils,
+                                        const TubeEstimate& estimate) {
+  CoilObservations all = coils;
+  double distance = 0;
+  int contradicting = 0;
+  for (int i = 0; i < all.count; ++i) {
+    CoilObservation& coil = all.coils[static_cast<std::size_t>(i)];
+    if (coil.state == CoilState::kOutlier) {
+      coil.state = CoilState::kUsed;
+    }
+    if (coil.used()) {
+      const double chi_squared =
+          (off_coil_mm(coil, state_.C) - state_.C.col(map_.position_error_column(i))).squaredNorm() /
+          (settings_.sigma_position_mm * settings_.sigma_position_mm);
+      distance += chi_squared;
+      contradicting += chi_squared > kContradictingFrom ? 1 : 0;
+    }
+  }
+  const bool snapped = contradicting > 0 && distance > kSnappedFrom * all.used_count() &&
+                       better_alone(observation, all, kFarBetterAlone * distance, estimate);
+  return snapped ? contradicting : 0;
+}
+
+// Is a shape of this instant alone, which begins at the coils and is led by nothing older, nearer to them
+// than `distance`, and seen as well?
+bool RecursiveEstimator::better_alone(const Observation& observation, const CoilObservations& coils,
+                                      double distance, const TubeEstimate& estimate) {
+  CoilObservations alone = coils;
+  TubeEstimate& second = *second_opinion_;
+  return start_.solve_em(alone, second) &&
+         start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
+         second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio &&
+         distance_from_coils(coils, start_.C()) < distance;
+}
+
 // Images may lead the shape along something else, a little each time, and the errors of the coils grow with
-// it. A shape of this instant alone, which begins at the coils, is not led.
+// it. Or the tube has snapped.
 void RecursiveEstimator::judge_shape(const Observation& observation, const CoilObservations& coils,
                                      const TubeEstimate& estimate) {
+  if (images_ != ImageVerdict::kShowsTube) {
+    state_.doubted_times = 0;
+    return;
+  }
+  if (const int witnesses = coils_of_a_snap(observation, coils, estimate); witnesses > 0) {
+    state_.doubted_times = std::min(state_.doubted_times + witnesses, kDoubtedTimes);
+    images_ = state_.doubted_times == kDoubtedTimes ? ImageVerdict::kLost : ImageVerdict::kContradicts;
+    return;
+  }
   const double distance = distance_from_coils(coils, state_.C);
-  if (images_ != ImageVerdict::kShowsTube || distance < kDoubtedFrom * coils.used_count()) {
+  if (distance < kDoubtedFrom * coils.used_count()) {
     state_.doubted_times = 0;
     return;
   }
@@ -57,14 +114,8 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
     state_.doubted_times = kDoubtedTimes;  // no need to ask further
     return;
   }
-  CoilObservations alone = coils;
-  TubeEstimate& second = *second_opinion_;
-  const bool seen =
-      start_.solve_em(alone, second) &&
-      start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
-      second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio;
-  const bool better = seen && distance_from_coils(coils, start_.C()) < kBetterAlone * distance;
-  state_.doubted_times = better ? state_.doubted_times + 1 : 0;
+  state_.doubted_times =
+      better_alone(observation, coils, kBetterAlone * distance, estimate) ? state_.doubted_times + 1 : 0;
 }
 
 Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {

@@ -73,6 +73,11 @@ class RecursiveEstimator final : public Estimator {
                     double interval_s);
   void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
+  [[nodiscard]] Eigen::Vector3d off_coil_mm(const CoilObservation& coil, const Eigen::Matrix3Xd& C) const;
+  int coils_of_a_snap(const Observation& observation, const CoilObservations& coils,
+                      const TubeEstimate& estimate);
+  bool better_alone(const Observation& observation, const CoilObservations& coils, double distance,
+                    const TubeEstimate& estimate);
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);
   bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);
@@ -87,6 +92,7 @@ class RecursiveEstimator final : public Estimator {
   void tighten(int column, double variance);
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
+  [[nodiscard]] double least_freedom() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);
   void gate(CoilObservations& coils, MonotonicTime time);

@@ -12,6 +12,8 @@ constexpr double kSideways_mm = 3.0;
 constexpr double kSidewaysAtTip_mm = 5.0;
 constexpr double kTipReach_mm = 30;        // over which the tip's freedom fades
 constexpr double kSidewaysLength_mm = 25;  // correlation along the tube
+constexpr double kSwayShare = 0.15;        // of its variance that moves long stretches together
+constexpr double kSwayLength_mm = 150;
 constexpr double kSlidingSpeed_mm_s = 10;  // of the sliding that the estimated speed does not foresee
 constexpr double kSpeed_mm_s = 25;         // how fast it is pushed or pulled, usually
 constexpr double kSpeedMemory_s = 0.4;     // how long a hand keeps its speed
@@ -34,7 +36,10 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
   for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
     for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
       const double distance = static_cast<double>(i - j) * spacing_mm_ / kSidewaysLength_mm;
-      sideways_(i, j) = freedom(i) * freedom(j) * std::exp(-0.5 * distance * distance);
+      const double far = static_cast<double>(i - j) * spacing_mm_ / kSwayLength_mm;
+      sideways_(i, j) =
+          freedom(i) * freedom(j) *
+          ((1 - kSwayShare) * std::exp(-0.5 * distance * distance) + kSwayShare * std::exp(-0.5 * far * far));
     }
   }
 }

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/descriptor_wait.hpp"
 
 namespace tubed {
 
@@ -27,20 +27,6 @@ constexpr std::chrono::seconds kOldestStamp{1};
 
 std::chrono::nanoseconds duration_of(const timespec& time) noexcept {
   return std::chrono::nanoseconds(time.tv_sec * kNsPerSecond + time.tv_nsec);
-}
-
-/// Waits for `events`; true when one came.
-bool wait_for(int descriptor, short events, MonotonicTime deadline) noexcept {
-  pollfd waiting{descriptor, events, 0};
-  for (;;) {
-    const std::int64_t left_ns = std::max<std::int64_t>((deadline - monotonic_now()).count(), 0);
-    const timespec left{static_cast<time_t>(left_ns / kNsPerSecond),
-                        static_cast<long>(left_ns % kNsPerSecond)};
-    const int ready = ::ppoll(&waiting, 1, &left, nullptr);
-    if (ready >= 0 || errno != EINTR) {
-      return ready > 0;
-    }
-  }
 }
 
 /// The kernel stamps by CLOCK_REALTIME: how old the stamp is now says when that was by ours.

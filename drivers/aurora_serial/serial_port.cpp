@@ -15,7 +15,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/descriptor_wait.hpp"
 
 namespace tubed {
 
@@ -31,21 +31,6 @@ struct NamedRate {
 };
 constexpr NamedRate kNamedRates[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},  {57600, B57600},
                                      {115200, B115200}, {230400, B230400}, {921600, B921600}};
-
-/// Waits for `events`; true when one came. A deadline in the past only looks.
-bool wait_for(int descriptor, short events, MonotonicTime deadline) noexcept {
-  constexpr std::int64_t kNsPerSecond = 1'000'000'000;
-  pollfd waiting{descriptor, events, 0};
-  for (;;) {
-    const std::int64_t left_ns = std::max<std::int64_t>((deadline - monotonic_now()).count(), 0);
-    const timespec left{static_cast<time_t>(left_ns / kNsPerSecond),
-                        static_cast<long>(left_ns % kNsPerSecond)};
-    const int ready = ::ppoll(&waiting, 1, &left, nullptr);
-    if (ready >= 0 || errno != EINTR) {
-      return ready > 0;
-    }
-  }
-}
 
 template <typename Settings>
 void make_raw(Settings& settings) noexcept {

@@ -22,7 +22,7 @@ struct FilterBench {
     now += milliseconds(25);
     EmFrame frame = measure_coils(room, now, 4, ++seed);
     for (int i = 0; i < frame.coil_count; ++i) {
-      frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? 30 : 0);
+      frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? outlier_mm : 0);
     }
     history->add(frame);
     const bool is_image = with_images && seed % 4 == 0;
@@ -68,6 +68,7 @@ struct FilterBench {
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
   bool with_images = true;
+  double outlier_mm = 30;
   double image_off_mm = 0;  ///< what the image shows is so far beside the coils
 };
 
@@ -118,6 +119,30 @@ TEST(RecursiveEstimator, ASnapIsFollowedAtOnce) {
   }
   bench.measure(20);
   EXPECT_LT(bench.rms_mm(20), 5);
+}
+
+// Along the rays: the image shows nothing of it, and no coil is so far off that the gate would leave it out.
+TEST(RecursiveEstimator, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
+  FilterBench bench;
+  for (int i = 0; i < 43; ++i) {
+    bench.measure();
+  }
+  bench.measure(11);
+  ASSERT_EQ(bench.newest_image, bench.now);
+  EXPECT_LT(bench.rms_mm(11), 4);
+}
+
+TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
+  FilterBench bench;
+  for (int i = 0; i < 43; ++i) {
+    bench.measure();
+  }
+  const double before = bench.rms_mm();
+  bench.outlier_mm = 20;
+  bench.measure(0, 1);
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
+  bench.measure();
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
 }
 
 /// The shape's points after measurements every 25 ms until 2 s with images every 100 ms, each shown `late`

@@ -1,0 +1,129 @@
+// What an image says to the recursive estimator.
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/estimator/recursive_estimator.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kImageVarianceFactor = 1;  // beside image_temper
+constexpr double kFewestAgreeing = 0.62;    // share of lines; as in SingleFrameSolver
+constexpr double kDoubtfulAgreeing = 0.78;
+constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
+constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
+// Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
+constexpr double kFreedomMemory_s = 0.5;
+constexpr double kFreedomLeast = 0.4;
+constexpr double kFreedomMost = 10;
+
+}  // namespace
+
+// The lines' posterior of the coefficients into the state; P_ec P_cc^-1 stays as it was before.
+bool RecursiveEstimator::take_lines(std::span<const ViewConstraints> lines) {
+  const Eigen::Index n = coefficients_.size();
+  const Eigen::Index further = state_.P.rows() - n;
+  auto P_cc = state_.P.topLeftCorner(n, n);
+  auto P_ec = state_.P.bottomLeftCorner(further, n);
+  if (!image_map_.condense(CoilObservations{}, lines, coefficient_prior_, coefficients_, coefficients_)) {
+    return false;
+  }
+  follow(state_.m);
+  following_.noalias() = P_ec * coefficient_prior_.information;
+  P_cc = image_map_.coefficient_covariance();
+  following_covariance_.noalias() = following_ * P_cc;
+  P_ec -= following_covariance_;
+  state_.P.bottomRightCorner(further, further).noalias() -= P_ec * following_.transpose();
+  P_ec = following_covariance_;
+  state_.P.topRightCorner(n, further) = following_covariance_.transpose();
+  return true;
+}
+
+// An image in which too few lines agree, or whose lines pull the prediction further than it can be wrong,
+// shows something else: the prediction stays.
+void RecursiveEstimator::update_image(const Observation& observation, const CoilObservations& coils,
+                                      TubeEstimate& estimate) {
+  if (!settle(state_.C, estimate)) {
+    return;
+  }
+  C_before_ = state_.C;
+  bool looked = false;
+  std::span<const ViewConstraints> lines;
+  for (const int reach : kReaches_px) {
+    looked = views_.measure(observation, map_.spline(), coefficients_, reach, estimate);
+    lines = views_.constraints(observation, kImageVarianceFactor, true);
+    if (lines.empty()) {
+      break;
+    }
+    refine(lines, estimate);
+  }
+  follow(state_.C);
+  if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
+    images_ = ImageVerdict::kLost;
+    ++state_.images_without_tube;
+    views_.forget_instant(observation.instant);
+    estimate.has_image = false;
+    state_.C = C_before_;
+    lines = {};
+  }
+  if (lines.empty()) {
+    coefficients_ = state_.C.leftCols(coefficients_.cols());
+    know_covariance({});
+    return;
+  }
+  const double interval_s = seconds_between(state_.confirmed, observation.instant);
+  images_ = ImageVerdict::kShowsTube;
+  state_.images_without_tube = 0;
+  state_.confirmed = observation.instant;
+  views_.trust(observation);
+  if (!take_lines(lines)) {
+    state_.begun = false;
+    return;
+  }
+  coefficients_ = state_.C.leftCols(coefficients_.cols());
+  know_covariance(lines);
+  // With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
+  const Eigen::Index n = coefficients_.size();
+  adapt_freedom(pull(state_.m),
+                static_cast<double>(n) -
+                    coefficient_prior_.information.cwiseProduct(state_.P.topLeftCorner(n, n)).sum(),
+                interval_s);
+  state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
+  remember();
+}
+
+bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {
+  const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
+  return agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(state_.C) < kDoubtfulPull);
+}
+
+// chi^2 of the way from the prediction; columns that follow add nothing to it.
+double RecursiveEstimator::pull(const Eigen::Matrix3Xd& C) {
+  depart(C);
+  return departure_.dot(information_times_departure_);
+}
+
+// departure_ of C's coefficients from their prior mean, and with the information.
+void RecursiveEstimator::depart(const Eigen::Matrix3Xd& C) {
+  departure_ = (C.leftCols(coefficients_.cols()) - coefficient_prior_.mean).reshaped();
+  information_times_departure_.noalias() = coefficient_prior_.information * departure_;
+}
+
+void RecursiveEstimator::adapt_freedom(double pulled, double expected, double interval_s) {
+  if (expected < 1) {
+    return;
+  }
+  const double ratio = std::clamp(pulled / expected, 0.1, 10.0);
+  const double share = std::clamp(interval_s / kFreedomMemory_s, 0.0, 1.0);
+  state_.freedom = std::clamp(state_.freedom * std::pow(ratio, share), least_freedom(), kFreedomMost);
+}
+
+// Where coils err by noise, a tube held firmer averages more of it. Where their errors stay there is nothing
+// to average, and what they do from place to place would be held instead.
+double RecursiveEstimator::least_freedom() const {
+  const double share = state_.lasting_position_mm / state_.error_scale.position_mm();
+  return std::clamp(share * share, kFreedomLeast, 1.0);
+}
+
+}  // namespace tubed
