@@ -1,5 +1,7 @@
 // What the recursive estimator does not believe: a coil, an image, itself.
 #include <algorithm>
+#include <cmath>
+#include <span>
 
 #include "daemon/estimator/recursive_estimator.hpp"
 
@@ -23,6 +25,11 @@ constexpr int kDoubtedTimes = 2;
 constexpr double kSnappedFrom = 5;
 constexpr double kContradictingFrom = 7;
 constexpr double kFarBetterAlone = 0.33;
+// Caught beside the tube. In frames that were not, both shapes were within 2 px, in those that were, 7 to 14
+// apart.
+constexpr double kSeenWell = 0.85;  // share of lines that agree: nobody else is asked
+constexpr double kSeenBetter = 0.03;
+constexpr double kElsewhere_px = 5;
 
 }  // namespace
 
@@ -90,6 +97,28 @@ bool RecursiveEstimator::better_alone(const Observation& observation, const Coil
          distance_from_coils(coils, start_.C()) < distance;
 }
 
+// An image may have caught a stretch of the shape beside the tube, further off than the lines reach: where a
+// shape of this instant alone is elsewhere in the image, more of its lines agree.
+bool RecursiveEstimator::is_caught(const Observation& observation, const CoilObservations& coils,
+                                   double distance, const TubeEstimate& estimate) {
+  if (estimate.image_inlier_ratio > static_cast<float>(kSeenWell) ||
+      !better_alone(observation, coils, distance, estimate) ||
+      second_opinion_->image_inlier_ratio < estimate.image_inlier_ratio + static_cast<float>(kSeenBetter)) {
+    return false;
+  }
+  for (const ViewConstraints& view : views_.constraints(observation, 1, true)) {
+    for (const LineConstraint& line : std::span(view.lines, static_cast<std::size_t>(view.count))) {
+      const CubicBasis basis = map_.spline().basis(line.s_mm);
+      const auto here = view.camera->project(combine(state_.C, basis.first, basis.value));
+      const auto there = view.camera->project(combine(start_.C(), basis.first, basis.value));
+      if (here && there && std::abs(line.normal.dot(there->p_image_px - here->p_image_px)) > kElsewhere_px) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 // Images may lead the shape along something else, a little each time, and the errors of the coils grow with
 // it. Or the tube has snapped.
 void RecursiveEstimator::judge_shape(const Observation& observation, const CoilObservations& coils,
@@ -105,7 +134,7 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
   }
   const double distance = distance_from_coils(coils, state_.C);
   if (distance < kDoubtedFrom * coils.used_count()) {
-    state_.doubted_times = 0;
+    state_.doubted_times = is_caught(observation, coils, distance, estimate) ? kDoubtedTimes : 0;
     return;
   }
   images_ = ImageVerdict::kContradicts;

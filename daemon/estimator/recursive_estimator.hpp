@@ -78,6 +78,8 @@ class RecursiveEstimator final : public Estimator {
                       const TubeEstimate& estimate);
   bool better_alone(const Observation& observation, const CoilObservations& coils, double distance,
                     const TubeEstimate& estimate);
+  bool is_caught(const Observation& observation, const CoilObservations& coils, double distance,
+                 const TubeEstimate& estimate);
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);
   bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);

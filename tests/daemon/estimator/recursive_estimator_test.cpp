@@ -33,7 +33,12 @@ struct FilterBench {
     if (is_image) {
       RoomDescription displaced = room;
       displaced.cameras[0].T_camera_world.translation().x() += image_off_mm;
-      image = image_of_arc(displaced, now);
+      image = image_of_arc(displaced, now, hidden);
+      for (double s = kDecoy.from_mm; s < kDecoy.to_mm && decoy_mm > 0; s += 0.25) {
+        if (std::fmod(s, 12) < 2) {  // broken, as what is not a tube often is
+          draw_ridge(Camera(displaced.cameras[0]), decoy_point(s), 0.9, image);
+        }
+      }
       newest_image = now;
       observation.images[0] = &image;
     }
@@ -58,6 +63,22 @@ struct FilterBench {
     }
     return count > 0 ? std::sqrt(sum / count) : 1e9;
   }
+  /// A stretch of something else, up to `decoy_mm` beside the arc in the image.
+  [[nodiscard]] Eigen::Vector3d decoy_point(double s_mm) const {
+    const double part = (s_mm - kDecoy.from_mm) / (kDecoy.to_mm - kDecoy.from_mm);
+    const Eigen::Vector3d aside = arc_tangent_to_tip(s_mm).cross(Eigen::Vector3d::UnitZ()).normalized();
+    return arc_point(s_mm) + decoy_mm * std::min(1.0, 2 * std::pow(std::sin(M_PI * part), 2)) * aside;
+  }
+  /// How far the shape is from the arc in the image, in the middle of that stretch, as mm of the world.
+  [[nodiscard]] double beside_mm() const {
+    const double s_mm = (kDecoy.from_mm + kDecoy.to_mm) / 2;
+    const auto i = static_cast<std::size_t>(
+        std::lround(s_mm / static_cast<double>(estimate->length_mm) * (estimate->point_count - 1)));
+    const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3d>(estimate->points[i].p_world_mm.data());
+    const Eigen::Vector3d aside = arc_tangent_to_tip(s_mm).cross(Eigen::Vector3d::UnitZ()).normalized();
+    return std::abs(aside.dot(p - arc_point(s_mm)));
+  }
+  static constexpr Stretch kDecoy{20, 165};
   RoomDescription room = one_view_room();
   EstimatorSettings settings;
   std::unique_ptr<Estimator> estimator;
@@ -69,6 +90,8 @@ struct FilterBench {
   unsigned seed = 0;
   bool with_images = true;
   double outlier_mm = 30;
+  Stretch hidden;           ///< of the arc, in the image
+  double decoy_mm = 0;      ///< 0: none
   double image_off_mm = 0;  ///< what the image shows is so far beside the coils
 };
 
@@ -225,6 +248,22 @@ TEST(RecursiveEstimator, ImagesThatCreepAwayFromTheCoilsAreNotFollowedForEver) {
         << "VALID and " << bench.rms_mm() << " mm off after " << i;
   }
   EXPECT_LT(bench.rms_mm(), 4);
+}
+
+// It hid the tube and led the shape further beside it than lines reach; then both are seen.
+TEST(RecursiveEstimator, AStretchCaughtBesideTheTubeIsGivenUpOnceTheTubeIsSeen) {
+  FilterBench bench;
+  bench.hidden = FilterBench::kDecoy;
+  for (int i = 0; i < 200; ++i) {
+    bench.decoy_mm = std::min(11.0, 0.08 * i);
+    bench.measure();
+  }
+  ASSERT_GT(bench.beside_mm(), 9);
+  bench.hidden = {};
+  for (int i = 0; i < 4; ++i) {
+    bench.measure();
+  }
+  EXPECT_LT(bench.beside_mm(), 2);
 }
 
 TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {

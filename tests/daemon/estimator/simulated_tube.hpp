@@ -66,8 +66,35 @@ inline EmFrame measure_coils(const RoomDescription& room, MonotonicTime time, do
   return frame;
 }
 
-/// The vesselness that a perfect filter would give: a ridge of 2 px along the projected arc.
-inline ImageMeasurement image_of_arc(const RoomDescription& room, MonotonicTime exposure) {
+/// Draws a ridge of 2 px and `height` into the vesselness around the projection of `p_world_mm`.
+inline void draw_ridge(const Camera& camera, const Eigen::Vector3d& p_world_mm, double height,
+                       ImageMeasurement& image) {
+  const auto p = camera.project(p_world_mm);
+  if (!p || !camera.contains(p->p_image_px, 8)) {
+    return;
+  }
+  for (int dy = -6; dy <= 6; ++dy) {
+    for (int dx = -6; dx <= 6; ++dx) {
+      const int x = static_cast<int>(std::lround(p->p_image_px.x())) + dx;
+      const int y = static_cast<int>(std::lround(p->p_image_px.y())) + dy;
+      const double d2 = (Eigen::Vector2d(x, y) - p->p_image_px).squaredNorm();
+      float& v = image.vesselness[static_cast<std::size_t>(y * image.width + x)];
+      v = std::max(v, static_cast<float>(height * std::exp(-0.5 * d2 / 4)));
+    }
+  }
+}
+
+/// A stretch of arc length.
+struct Stretch {
+  double from_mm = 0;
+  double to_mm = 0;
+  [[nodiscard]] bool contains(double s_mm) const { return s_mm > from_mm && s_mm < to_mm; }
+};
+
+/// The vesselness that a perfect filter would give: a ridge of 2 px along the projected arc, but for
+/// `hidden`.
+inline ImageMeasurement image_of_arc(const RoomDescription& room, MonotonicTime exposure,
+                                     const Stretch& hidden = {}) {
   const Camera camera(room.cameras.front());
   ImageMeasurement image;
   image.reserve(room.cameras.front().width, room.cameras.front().height);
@@ -75,18 +102,8 @@ inline ImageMeasurement image_of_arc(const RoomDescription& room, MonotonicTime 
   image.exposure = exposure;
   image.origin = Origin::kSimulated;
   for (double s = 0; s <= 380; s += 0.25) {
-    const auto p = camera.project(arc_point(s));
-    if (!p || !camera.contains(p->p_image_px, 8)) {
-      continue;
-    }
-    for (int dy = -6; dy <= 6; ++dy) {
-      for (int dx = -6; dx <= 6; ++dx) {
-        const int x = static_cast<int>(std::lround(p->p_image_px.x())) + dx;
-        const int y = static_cast<int>(std::lround(p->p_image_px.y())) + dy;
-        const double d2 = (Eigen::Vector2d(x, y) - p->p_image_px).squaredNorm();
-        float& v = image.vesselness[static_cast<std::size_t>(y * image.width + x)];
-        v = std::max(v, static_cast<float>(0.9 * std::exp(-0.5 * d2 / 4)));
-      }
+    if (!hidden.contains(s)) {
+      draw_ridge(camera, arc_point(s), 0.9, image);
     }
   }
   return image;
