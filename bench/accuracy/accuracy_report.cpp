@@ -148,7 +148,7 @@ nlohmann::json rows_of(const std::string& sequence, const std::vector<Sensitivit
   return rows;
 }
 
-nlohmann::json whole_report(nlohmann::json rows, nlohmann::json comparisons) {
+nlohmann::json whole_report(const std::string& command, nlohmann::json rows, nlohmann::json comparisons) {
   const Machine machine = this_machine();
   return {{"git", source_revision()},
           {"machine",
@@ -157,6 +157,7 @@ nlohmann::json whole_report(nlohmann::json rows, nlohmann::json comparisons) {
             {"kernel", machine.kernel},
             {"flags", machine.flags},
             {"load", machine.load}}},
+          {"command", command},
           {"rows", std::move(rows)},
           {"comparisons", std::move(comparisons)}};
 }

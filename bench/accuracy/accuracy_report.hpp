@@ -38,6 +38,6 @@ nlohmann::json comparisons_of(const SequenceResult& result);
 nlohmann::json rows_of(const std::string& sequence, const std::vector<SensitivityPanel>& panels);
 
 /// {"git", "machine", "rows", "comparisons"}.
-nlohmann::json whole_report(nlohmann::json rows, nlohmann::json comparisons);
+nlohmann::json whole_report(const std::string& command, nlohmann::json rows, nlohmann::json comparisons);
 
 }  // namespace tubed

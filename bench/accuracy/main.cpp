@@ -10,6 +10,7 @@
 #include "bench/accuracy/accuracy_report.hpp"
 #include "bench/accuracy/sensitivity.hpp"
 #include "bench/accuracy/settings_by_name.hpp"
+#include "bench/support/machine.hpp"
 #include "clients/tubectl/offline_reconstruction.hpp"
 #include "clients/tubectl/verbs.hpp"
 
@@ -24,7 +25,7 @@ struct Arguments {
   std::vector<int> seeds{1001, 1002, 1003};
   std::vector<std::string> modes{"em", "paper", "joint", "filter"};
   std::vector<std::string> options;
-  int every = 3;
+  int every = 1;
   std::string out = "accuracy";
   ShapeErrorSettings judged;
   std::string match = "nearest";
@@ -109,7 +110,7 @@ void draw(const Sequence& sequence, const SequenceResult& result, const fs::path
   write_file(out / "errors.svg", error_over_time(result.name + ": errors of points in view", t_s, curves));
 }
 
-int run(Arguments arguments) {
+int run(Arguments arguments, const std::string& command) {
   arguments.judged.match = arguments.match == "arc" ? PointMatch::kArcLength : PointMatch::kNearest;
   EstimatorSettings settings;
   for (const std::string& option : arguments.options) apply_option(option, settings);
@@ -142,7 +143,7 @@ int run(Arguments arguments) {
     }
   }
   const fs::path json = fs::path(arguments.out) / "accuracy.json";
-  write_file(json, whole_report(rows, comparisons).dump(1) + "\n");
+  write_file(json, whole_report(command, rows, comparisons).dump(1) + "\n");
   std::cout << "figures: " << json.string() << "; plots: " << arguments.out << "/*/{boxes,errors}.svg\n";
   return 0;
 }
@@ -180,7 +181,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (arguments.sequences.empty() && arguments.presets.empty()) arguments.presets = {"paper"};
   try {
-    return run(arguments);
+    return run(arguments, command_line("accuracy", argc, argv));
   } catch (const std::exception& error) {
     std::cerr << "accuracy_bench: " << error.what() << '\n';
     return 1;

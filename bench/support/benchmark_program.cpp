@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "bench/support/child_process.hpp"
+#include "bench/support/machine.hpp"
 #include "bench/support/own_network.hpp"
 
 namespace tubed {
@@ -18,12 +19,6 @@ namespace tubed {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string command_line(const BenchmarkProgram& program, int argc, char** argv) {
-  std::string line = "./run bench " + program.name;
-  for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
-  return line;
-}
 
 std::string measured(const BenchmarkProgram& program, const std::string& command) {
   Report report;
@@ -86,7 +81,7 @@ int run_benchmark(const BenchmarkProgram& program, int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (!draw_only) {
-      const std::string command = command_line(program, argc, argv);
+      const std::string command = command_line(program.name, argc, argv);
       const bool apart = program.surroundings == Surroundings::kOwnNetwork;
       write_text(file, apart ? measured_apart(program, command) : measured(program, command));
       std::printf("wrote %s\n", file.c_str());

@@ -61,4 +61,10 @@ std::string source_revision() {
   return revision;
 }
 
+std::string command_line(const std::string& name, int argc, char** argv) {
+  std::string line = "./run bench " + name;
+  for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
+  return line;
+}
+
 }  // namespace tubed

@@ -19,4 +19,7 @@ Machine this_machine();
 /// `git describe` of the source tree, "-dirty" at its end when files differ; "unknown" without git.
 std::string source_revision();
 
+/// What was typed to run benchmark `name` with these arguments of main().
+std::string command_line(const std::string& name, int argc, char** argv);
+
 }  // namespace tubed

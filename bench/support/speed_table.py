@@ -185,6 +185,12 @@ def of_seeds(figures, preset, method, metric, member="p50", spread=False):
     return f"{text} ({min(values):.2f} .. {max(values):.2f})" if spread and len(values) > 1 else text
 
 
+def steps_of(command):
+    """How often a run of the accuracy bench measured, in words."""
+    every = re.search(r"--every[ =](\d+)", command)
+    return "every step (337, 7.5 a second)" if every is None or every.group(1) == "1" else f"one of {every.group(1)} steps"
+
+
 def accuracy_table(figures):
     """Presets in rows; RMS by mode, and the rest of the default mode."""
     if "accuracy" not in figures.reports:
@@ -203,12 +209,11 @@ def accuracy_table(figures):
             + ", ".join(of_seeds(figures, preset, "filter", f"{axis} RMS/in_view") for axis in "xyz")
             + f" | {of_seeds(figures, preset, 'filter', 'Hausdorff/in_view')} | {of_seeds(figures, preset, 'filter', 'RMS/in_view', 'p95')} | {within} |")
     lines += ["| the paper's own figures (its Table 1) | 2.8 | 2.0 | | | 0.2, 0.2, | | | |", "",
-              f"Everything simulated, every third of 337 steps, mm, points in the image, closest-point distances; each figure is the median over instants, then over "
+              f"Everything simulated, {steps_of(figures.reports['accuracy']['command'])}, mm, points in the image, closest-point distances; each figure is the median over instants, then over "
               f"{len(runs)} runs (seeds {', '.join(runs)}, none of them used while tuning), in brackets the best and the worst run. Modes are those of "
               f"`[estimator] mode`; `filter` is the default, `em` never sees an image. "
-              f"`./run bench accuracy --preset {','.join(p for p, _, _ in PRESETS)} --seeds {','.join(runs)} --modes em,paper,filter`, "
-              f"then `cp accuracy/accuracy.json bench/results/`; revision {figures.reports['accuracy']['git']}. "
-              "With all 337 steps (`--every 1`) noise averages out better: see [bench](bench/README.md)."]
+              f"`{figures.reports['accuracy']['command']}`, "
+              f"then its `accuracy.json` to `bench/results/`; revision {figures.reports['accuracy']['git']}."]
     return "\n".join(lines)
 
 
