@@ -45,7 +45,8 @@ def check(condition, message):
 
 
 def check_timing(condition, message):
-    """A check of a rate or a count in a time: with a sanitizer, which makes all threads late, it is only printed."""
+    """A check of a rate, a count in a time or resident memory: with a sanitizer, which makes all threads late and keeps
+    what was freed, it is only printed."""
     if TIME_FACTOR == 1:
         check(condition, message)
     elif not condition:

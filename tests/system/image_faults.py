@@ -28,10 +28,14 @@ def is_fused_without_reserve(sample):
 
 
 def mean_sigma_mm(samples):
-    """Root mean square of one standard deviation, over all points of all samples."""
-    variances = [(p["covariance_mm2"][0] + p["covariance_mm2"][3] + p["covariance_mm2"][5]) / 3
-                 for sample in samples for p in sample["points"]]
-    return (sum(variances) / len(variances)) ** 0.5
+    """One standard deviation, as that of a sphere with the volume of a point's ellipsoid; mean over all points."""
+    sigmas = []
+    for sample in samples:
+        for point in sample["points"]:
+            xx, xy, xz, yy, yz, zz = point["covariance_mm2"]
+            volume = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+            sigmas.append(max(volume, 0) ** (1 / 6))
+    return sum(sigmas) / len(sigmas)
 
 
 def a_stalled_fluoroscope_is_flagged_while_30_hz_goes_on(bed):
@@ -80,7 +84,7 @@ def without_fluoroscopy_shapes_are_valid_from_coils_alone(bed):
               f"expected VALID with IMAGE_OFF alone: {beds.shortened(sample)}")
     sigma_off, sigma_on = mean_sigma_mm(samples), mean_sigma_mm(with_image)
     say(f"one sigma {sigma_off:.2f} mm without fluoroscopy, {sigma_on:.2f} mm with it")
-    check(sigma_off > 1.1 * sigma_on, f"without images sigma is {sigma_off:.2f} mm, with them {sigma_on:.2f} mm")
+    check(sigma_off > 1.3 * sigma_on, f"without images sigma is {sigma_off:.2f} mm, with them {sigma_on:.2f} mm")
     subscriber.wait_for(is_fused_without_reserve, "VALID shape with an image", 2, on_ns)
 
 
