@@ -188,7 +188,7 @@ def of_seeds(figures, preset, method, metric, member="p50", spread=False):
 def steps_of(command):
     """How often a run of the accuracy bench measured, in words."""
     every = re.search(r"--every[ =](\d+)", command)
-    return "every step (337, 7.5 a second)" if every is None or every.group(1) == "1" else f"one of {every.group(1)} steps"
+    return "every step (337 and more, 7.5 a second)" if every is None or every.group(1) == "1" else f"one of {every.group(1)} steps"
 
 
 def accuracy_table(figures):
