@@ -217,6 +217,48 @@ def accuracy_table(figures):
     return "\n".join(lines)
 
 
+FRANGI_ROWS = (  # row of results, in words
+    ("400x600/4scales/full", "400 x 600, 4 scales (1, 1.5, 2, 3 px), AVX-512"),
+    ("400x600/4scales/full/AVX2", "the same with AVX2"),
+    ("400x600/4scales/full/SSE4", "with SSE4"),
+    ("400x600/4scales/full/SCALAR", "without any"),
+    ("400x600/4scales/full/c20", "c configured (`structureness = 20`): one pass instead of two"),
+    ("400x600/4scales/full/int16", "16-bit smoothing"),
+    ("400x600/4scales/full/int16/c20", "16-bit smoothing, c configured"),
+    ("400x600/1scales/full", "1 scale (2 px)"),
+    ("400x600/4scales/band/beside", "band of 16 px to either side of a tube, in tiles 64 px wide"),
+    ("64x64/4scales/full", "64 x 64"),
+    ("1024x1024/4scales/full/beside", "1024 x 1024, a power of two, beside its neighbour"),
+    ("2048x2048/4scales/full", "2048 x 2048"))
+
+
+def frangi_table(figures):
+    """Sizes, registers and options of the Frangi filter beside OpenCV, or the row that is named."""
+    lines = ["| Frangi, 8-bit image | ms | ns a pixel | peer, ms | times faster | peer |", "|---|---|---|---|---|---|"]
+    for name, words in FRANGI_ROWS:
+        row = figures.rows.get(f"frangi/{name}")
+        if row is None:
+            lines.append(f"| {words} | not measured | | | | |")
+            continue
+        share = f": {100 * row['pixels'] / 240000:.0f} % of the pixels" if "/band/" in name else ""
+        lines.append(f"| {words}{share} | {row['p50']:#.3g} | {row['ns_per_px']:.1f} | {row['peer_p50']:.3g} | {row['speedup']:.1f} | "
+                     f"{'OpenCV' if row['peer'].startswith('opencv') else row['peer'].removeprefix('frangi/')} |")
+    return "\n".join([*lines, "", f"{figures.machine('stages')}."])
+
+
+def solver_table(figures):
+    """Gauss-Newton on coils and lines beside both ways that Ceres has to solve it."""
+    lines = ["| coefficients | ms | Ceres, sparse Cholesky | Ceres, dense Cholesky | sum of squares above Ceres' |", "|---|---|---|---|---|"]
+    for count in (26, 48):
+        sparse, dense = (figures.rows.get(f"solve/{count}/coils_and_lines/ceres-{kind}-cholesky") for kind in ("sparse", "dense"))
+        if sparse is None or dense is None:
+            lines.append(f"| {count} | not measured | | | |")
+            continue
+        lines.append(f"| {count} | {sparse['p50']:.3f} | {sparse['peer_p50']:.2f} ({sparse['speedup']:.1f} times) | "
+                     f"{dense['peer_p50']:.2f} ({dense['speedup']:.1f} times) | {sparse['cost_above_ceres']:.1e} of it |")
+    return "\n".join([*lines, "", f"{figures.machine('stages')}."])
+
+
 def put_between_marks(file, mark, text):
     before = file.read_text()
     pattern = re.compile(rf"(<!-- {mark}[^\n]*-->\n).*?(<!-- end of {mark} -->)", re.S)
@@ -229,6 +271,8 @@ def put_between_marks(file, mark, text):
 def main():
     figures = Figures(RESULTS)
     tables = ((ROOT / "bench/README.md", "speed table", speed_table(figures)),
+              (ROOT / "bench/README.md", "Frangi table", frangi_table(figures)),
+              (ROOT / "bench/README.md", "solver table", solver_table(figures)),
               (ROOT / "README.md", "latency table", latency_table(figures)),
               (ROOT / "README.md", "accuracy table", accuracy_table(figures)))
     for file, mark, text in tables:
