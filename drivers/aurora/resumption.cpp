@@ -4,14 +4,34 @@
 
 namespace tubed::aurora {
 
+namespace {
+
+// More than late answers can be: the handles have moved.
+constexpr int kMostAboutOthers = 4;
+
+bool is_as_it_was(const FoundCoil& was, const ToolReply& now) {
+  return CoilPlug{now.location->port, now.location->channel} == was.plug &&
+         now.tool->serial_number == was.serial_number && now.tool->status.enabled();
+}
+
+}  // namespace
+
 void Resumption::remember(std::span<const FoundCoil> tracked) noexcept {
   count_ = std::min(tracked.size(), coils_.size());
   std::copy_n(tracked.begin(), count_, coils_.begin());
-  at_ = 0;
+  begin();
+}
+
+std::size_t Resumption::asked() const noexcept {
+  std::size_t first = 0;
+  while (first + 1 < count_ && same_[first]) {
+    ++first;
+  }
+  return first;
 }
 
 CommandLine Resumption::command() const noexcept {
-  return phinf_command(coils_[at_].handle, kToolField | kLocationField);
+  return phinf_command(coils_[asked()].handle, kToolField | kLocationField);
 }
 
 // What was said at other rates may stand before the command, and be taken for a part of it; a BX from before
@@ -33,13 +53,16 @@ Resumption::Answer Resumption::take(const Reply& reply) noexcept {
   if (!tool || !tool->tool || !tool->location) {
     return Answer::kOther;
   }
-  const FoundCoil& was = coils_[at_];
-  const bool same = CoilPlug{tool->location->port, tool->location->channel} == was.plug &&
-                    tool->tool->serial_number == was.serial_number && tool->tool->status.enabled();
-  if (!same) {
+  std::size_t about = 0;
+  while (about < count_ && !is_as_it_was(coils_[about], *tool)) {
+    ++about;
+  }
+  about_others_ += about == asked() ? 0 : 1;
+  if (about == count_ || about_others_ > kMostAboutOthers) {
     return Answer::kOther;
   }
-  return ++at_ < count_ ? Answer::kGoOn : Answer::kSame;
+  same_.set(about);
+  return same_.count() < count_ ? Answer::kGoOn : Answer::kSame;
 }
 
 }  // namespace tubed::aurora

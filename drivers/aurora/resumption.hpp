@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <span>
 
 #include "drivers/aurora/command.hpp"
@@ -11,8 +12,9 @@
 namespace tubed::aurora {
 
 /// Asks every handle that was tracked for its tool and its plug. When all are the same, tracking goes on
-/// where it was, without TSTOP, INIT and TSTART, which take two seconds. Whether it still tracks, and counts
-/// on from where it was, the next BX says. One thread; no allocation.
+/// where it was, without TSTOP, INIT and TSTART, which take two seconds. An answer says itself which plug it
+/// is about, so that a late one to an earlier question counts for its own coil. Whether the tracker still
+/// tracks, and counts on from where it was, the next BX says. One thread; no allocation.
 class Resumption {
  public:
   enum class Answer {
@@ -29,17 +31,22 @@ class Resumption {
   [[nodiscard]] bool possible() const noexcept { return count_ > 0; }
 
   /// From the first handle on.
-  void begin() noexcept { at_ = 0; }
+  void begin() noexcept {
+    same_.reset();
+    about_others_ = 0;
+  }
   [[nodiscard]] CommandLine command() const noexcept;
   /// The reply to command().
   Answer take(const Reply& reply) noexcept;
 
  private:
   static bool is_no_answer(const Reply& reply) noexcept;
+  [[nodiscard]] std::size_t asked() const noexcept;
 
   std::array<FoundCoil, kMaxTrackerCoils> coils_{};
   std::size_t count_ = 0;
-  std::size_t at_ = 0;
+  std::bitset<kMaxTrackerCoils> same_;  ///< known to be as it was
+  int about_others_ = 0;                ///< answers about another coil than was asked for
 };
 
 }  // namespace tubed::aurora

@@ -261,7 +261,6 @@ void Session::take_search(const Reply* reply) noexcept {
 }
 
 void Session::not_found() noexcept {
-  resumption_.begin();
   if (exchange_.now() < search_step_ends_) {
     return;
   }

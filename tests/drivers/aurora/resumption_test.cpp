@@ -54,7 +54,7 @@ TEST(Resumption, AsksEveryHandleForToolAndPlug) {
 
 TEST(Resumption, IsRefusedForAnotherPlugChannelOrTool) {
   for (const std::string& other :
-       {tool("3C4B0001", "02", "00"), tool("3C4B0001", "01", "01"), tool("3C4B0002", "01", "00")}) {
+       {tool("3C4B0001", "02", "00"), tool("3C4B0001", "01", "02"), tool("3C4B0002", "01", "00")}) {
     Resumption resumption = of_two();
     EXPECT_EQ(take(resumption, other), Answer::kOther) << other;
   }
@@ -77,6 +77,33 @@ TEST(Resumption, AsksAgainWhenTheCommandWasDamagedOrSomethingElseAnswered) {
   late.kind = ReplyKind::kBinary;
   EXPECT_EQ(resumption.take(late), Answer::kAgain);
   EXPECT_EQ(resumption.command().text(), phinf_command(0x0A, 0x0021).text());
+}
+
+// The first question was asked twice, as its answer was late: from then on every answer comes one question
+// late.
+TEST(Resumption, AnAnswerThatIsLateCountsForTheCoilItIsAbout) {
+  Resumption resumption = of_two();
+  EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "00")), Answer::kGoOn);
+  EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "00")), Answer::kGoOn);
+  EXPECT_EQ(resumption.command().text(), phinf_command(0x0D, 0x0021).text());
+  EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "01")), Answer::kSame);
+}
+
+TEST(Resumption, AnAnswerAboutALaterCoilIsNotAskedForAgain) {
+  Resumption resumption = of_two();
+  EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "01")), Answer::kGoOn);
+  EXPECT_EQ(resumption.command().text(), phinf_command(0x0A, 0x0021).text());
+  EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "00")), Answer::kSame);
+}
+
+TEST(Resumption, IsRefusedWhenHandlesHaveChangedPlaces) {
+  Resumption resumption = of_two();
+  Answer answer = Answer::kGoOn;
+  for (int i = 0; i < 10 && answer == Answer::kGoOn; ++i) {
+    const bool first = resumption.command().text() == phinf_command(0x0A, 0x0021).text();
+    answer = take(resumption, tool("3C4B0001", "01", first ? "01" : "00"));
+  }
+  EXPECT_EQ(answer, Answer::kOther);
 }
 
 TEST(Resumption, BeginsWithTheFirstHandleAgain) {
