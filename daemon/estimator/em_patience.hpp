@@ -24,12 +24,12 @@ class EmPatience {
   }
 
   /// Age of the newest measurement from which on they are stale: one may be lost without a word (its
-  /// successor is two periods and the way old when it is due, and may be half a period late),
+  /// successor is two periods and the way old when it is due, and may be 0.3 periods late),
   /// the second in a row is said. `most` while the period is not known, and never more than that.
   [[nodiscard]] std::chrono::nanoseconds patience(std::chrono::nanoseconds most) const {
     return period_ == kNothing
                ? most
-               : std::min(most, std::max<std::chrono::nanoseconds>(period_ * 5 / 2 + under_way_, kLeast));
+               : std::min(most, std::max<std::chrono::nanoseconds>(period_ * 23 / 10 + under_way_, kLeast));
   }
 
  private:
