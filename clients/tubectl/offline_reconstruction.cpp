@@ -31,7 +31,6 @@ struct CameraBench {
       : door(camera.white_level), meter(camera.width, camera.height, frangi), prediction(camera, frangi) {
     measurement.reserve(camera.width, camera.height);
     whole = measurement.measured;
-    predicted.read_before = ImageArea(camera.width, camera.height);
   }
 
   void measure(const Sequence& sequence, const SequenceFrame& row) {
@@ -54,8 +53,7 @@ struct CameraBench {
     measurement.state =
         measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
     if (measurement.state == ImageState::kMeasured) {
-      meter.take(measurement, measurement.exposure <= predicted.until ? predicted.area : whole,
-                 predicted.read_before);
+      meter.take(measurement, measurement.exposure <= predicted.until ? predicted.area : whole);
     }
   }
 };

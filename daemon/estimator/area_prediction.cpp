@@ -16,7 +16,7 @@ constexpr double kBetweenPixels_px = 1;    // places between pixels are read fro
 
 AreaPrediction::AreaPrediction(const CameraCalibration& camera, const FrangiSettings& settings)
     : camera_(camera), on_demand_(camera.width, camera.height, settings) {
-  predicted_.area = predicted_.read_before = ImageArea(camera.width, camera.height);
+  predicted_.area = ImageArea(camera.width, camera.height);
 }
 
 void AreaPrediction::begin(MonotonicTime instant, std::chrono::nanoseconds patience) {
@@ -44,8 +44,7 @@ AreaPrediction::Place AreaPrediction::place_of(const CentrelinePoint& point, dou
 }
 
 const PredictedArea& AreaPrediction::end() {
-  predicted_.read_before = on_demand_.asked();
-  predicted_.area.add(predicted_.read_before);
+  predicted_.area.add(on_demand_.asked());
   return predicted_;
 }
 

@@ -10,7 +10,6 @@ namespace tubed {
 /// Where an image should be measured before anybody reads it.
 struct PredictedArea {
   ImageArea area;
-  ImageArea read_before;  ///< what was read of the image before: part of `area`
   /// Exposures later than this are not foreseen: the whole image. Zero: none is.
   MonotonicTime until{};
 };

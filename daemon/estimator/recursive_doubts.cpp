@@ -15,13 +15,15 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kConfirmedFor_s = 0.5;
 constexpr int kLostImages = 3;
 // The instant alone knows better: coils that are further off than their whole error allows (chi^2 a coil, 3
-// dof), and half as far off a shape of this instant that the image shows as well, twice in a row.
+// dof), and half as far off a shape of this instant that the image shows as well, at two EM measurements in a
+// row.
 constexpr double kDoubtedFrom = 7;
 constexpr double kBetterAlone = 0.5;
 constexpr double kSeenAsWell = 0.9;
 constexpr int kDoubtedTimes = 2;
 // A snap: coils off the shape in the mean (chi^2 a coil, 3 dof), at least one of them for certain, and a
-// third as far off a shape of this instant. One coil may be wrong by itself: it has to say so twice in a row.
+// third as far off a shape of this instant. One coil may be wrong by itself: it has to say so in two
+// measurements.
 constexpr double kSnappedFrom = 5;
 constexpr double kContradictingFrom = 7;
 constexpr double kFarBetterAlone = 0.33;
@@ -119,6 +121,14 @@ bool RecursiveEstimator::is_caught(const Observation& observation, const CoilObs
   return false;
 }
 
+// Two images of one EM measurement are not two witnesses: the error of the coils is the same.
+void RecursiveEstimator::doubt(int witnesses) {
+  const bool same = state_.doubted_times > 0 && state_.doubted_em == state_.newest_em;
+  state_.doubted_times = std::min(
+      same ? std::max(state_.doubted_times, witnesses) : state_.doubted_times + witnesses, kDoubtedTimes);
+  state_.doubted_em = state_.newest_em;
+}
+
 // Images may lead the shape along something else, a little each time, and the errors of the coils grow with
 // it. Or the tube has snapped.
 void RecursiveEstimator::judge_shape(const Observation& observation, const CoilObservations& coils,
@@ -128,7 +138,7 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
     return;
   }
   if (const int witnesses = coils_of_a_snap(observation, coils, estimate); witnesses > 0) {
-    state_.doubted_times = std::min(state_.doubted_times + witnesses, kDoubtedTimes);
+    doubt(witnesses);
     images_ = state_.doubted_times == kDoubtedTimes ? ImageVerdict::kLost : ImageVerdict::kContradicts;
     return;
   }
@@ -143,8 +153,11 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
     state_.doubted_times = kDoubtedTimes;  // no need to ask further
     return;
   }
-  state_.doubted_times =
-      better_alone(observation, coils, kBetterAlone * distance, estimate) ? state_.doubted_times + 1 : 0;
+  if (better_alone(observation, coils, kBetterAlone * distance, estimate)) {
+    doubt(1);
+  } else {
+    state_.doubted_times = 0;
+  }
 }
 
 Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {

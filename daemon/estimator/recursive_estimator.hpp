@@ -57,9 +57,10 @@ class RecursiveEstimator final : public Estimator {
     std::array<GatedCoil, kMaxCoils> gated{};
     double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
     int images_without_tube = 0;
-    int doubted_times = 0;      ///< images in a row at which a shape of the instant alone knew better
-    bool contradicted = false;  ///< the newest image pulled the shape further off the coils than they err
-    MonotonicTime confirmed{};  ///< newest image that showed the tube where it was expected
+    int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better
+    MonotonicTime doubted_em{};  ///< newest EM frame at the last of them
+    bool contradicted = false;   ///< the newest image pulled the shape further off the coils than they err
+    MonotonicTime confirmed{};   ///< newest image that showed the tube where it was expected
   };
 
   CoilObservations observe(const EmFrame* frame, const EmHistory& history) const;
@@ -80,6 +81,7 @@ class RecursiveEstimator final : public Estimator {
                     const TubeEstimate& estimate);
   bool is_caught(const Observation& observation, const CoilObservations& coils, double distance,
                  const TubeEstimate& estimate);
+  void doubt(int witnesses);
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);
   bool settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate);

@@ -13,7 +13,6 @@ constexpr double kStencilVariance = 0.2;  // what the 3 x 3 second-derivative st
 constexpr double kKernelReach = 3.3;      // Gaussian cut at 3.3 sigma
 constexpr double kCoarsestInteger = 2.5;  // px; beyond, second derivatives drown in the rounding of 16 bits
 constexpr float kLog2E = 1.44269504F;
-constexpr int kStreamedRows = 4;  // the three that the Hessian needs, and a power of two
 
 // What is streamed at once, so that source and maps of a block stay in the second-level cache for all scales.
 constexpr int kBlockWidth = 512;
@@ -129,13 +128,6 @@ void repeat_outermost(Pixel* row, int width, int margin, int loaded_left, int lo
   }
 }
 
-/// Hessian norm, grey levels, of its unscaled square.
-float norm_of(float squared, const ResponseScale& response) {
-  return std::abs(response.variance) * std::sqrt(squared);
-}
-
-float half_of(float norm) { return std::max(0.5F * norm, 1e-6F); }
-
 RidgeRow row_of(const RidgeMaps& maps, int y, int width) {
   const auto first = static_cast<std::ptrdiff_t>(y) * width;
   const bool with_direction = !maps.scale_px.empty();
@@ -158,7 +150,8 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
       any_float_scale_(!std::all_of(settings.scales_px.begin(), settings.scales_px.end(),
                                     [&](double sigma) { return suits_integers(sigma, settings.smoothing); })),
       keeps_whole_image_(memory == FrangiMemory::kWholeImage),
-      renewed_(width, height),
+      cells_(width, height),
+      measured_cells_(width, height),
       margin_(greatest_reach(settings.scales_px) + 1),
       source_(width, height, margin_),
       source_words_(width, any_integer_scale_ ? height : 1, margin_),
@@ -173,9 +166,9 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
     const std::vector<float> weights = gaussian_weights(sigma);
     scales_.push_back({static_cast<float>(sigma), reach_of(sigma), suits_integers(sigma, settings.smoothing),
                        weights, pair_weights(weights), static_cast<float>(settings.structureness),
-                       std::vector<float>(static_cast<std::size_t>(renewed_.cell_count()), 0.0F)});
+                       CellNorms(cells_)});
   }
-  rectangles_.reserve(static_cast<std::size_t>(renewed_.cell_count()));
+  rectangles_.reserve(static_cast<std::size_t>(cells_.cell_count()));
 }
 
 PixelRectangle FrangiFilter::usable(const PixelRectangle& tile) const {
@@ -310,67 +303,7 @@ void FrangiFilter::find_structureness(Scale& scale) {
                                                            smoothed_.row(y + 2), block.left, block.right}));
     }
   });
-  scale.c = half_of(norm_of(greatest, response_of(scale)));
-}
-
-// Of cells side by side, without keeping what is smoothed. The outermost cell may be narrower than a
-// register.
-void FrangiFilter::find_cell_norms(Scale& scale, const PixelRectangle& row_of_cells) {
-  const PixelRectangle part = usable(row_of_cells);
-  const auto ring = [this](int y) { return smoothed_.row((y + 1) & (kStreamedRows - 1)); };
-  std::fill(column_norms_.begin() + part.left, column_norms_.begin() + part.right, 0.0F);
-  for (int y = part.top - 1; y <= part.bottom; ++y) {
-    smooth(scale, y, part.left - 1, part.right + 1, ring(y));
-    if (y > part.top) {
-      keep_greatest_squared_norms({ring(y - 2), ring(y - 1), ring(y), part.left, part.right},
-                                  column_norms_.data());
-    }
-  }
-  const ResponseScale response = response_of(scale);
-  for (int left = row_of_cells.left; left < row_of_cells.right; left += ImageArea::kCell_px) {
-    const auto first = column_norms_.begin() + left;
-    const auto last = column_norms_.begin() + std::min(left + ImageArea::kCell_px, row_of_cells.right);
-    scale.cell_norms[renewed_.index_of_pixel(left, row_of_cells.top)] =
-        norm_of(*std::max_element(first, last), response);
-  }
-}
-
-// Of all cells in renewed_; then c.
-void FrangiFilter::find_cell_norms(const GreyPixels& grey) {
-  renewed_.to_rectangles(rectangles_);
-  for (const PixelRectangle& rectangle : rectangles_) {
-    load(grey, usable(rectangle));
-    for (int top = rectangle.top; top < rectangle.bottom; top += ImageArea::kCell_px) {
-      const int bottom = std::min(top + ImageArea::kCell_px, rectangle.bottom);
-      for (Scale& scale : scales_) {
-        find_cell_norms(scale, {rectangle.left, top, rectangle.right, bottom});
-      }
-    }
-  }
-  for (Scale& scale : scales_) {
-    scale.c = half_of(*std::max_element(scale.cell_norms.begin(), scale.cell_norms.end()));
-  }
-}
-
-void FrangiFilter::find_structureness_in_rows(const GreyPixels& grey) {
-  renewed_.add_whole();
-  find_cell_norms(grey);
-  next_slice_ = 0;
-}
-
-void FrangiFilter::renew_structureness(const GreyPixels& grey, const ImageArea& area) {
-  if (fixed_c_) {
-    return;
-  }
-  begin_image(grey);
-  if (next_slice_ < 0) {
-    find_structureness_in_rows(grey);
-    return;
-  }
-  renewed_ = area;
-  renewed_.add_slice(next_slice_, kSlices);
-  next_slice_ = (next_slice_ + 1) % kSlices;
-  find_cell_norms(grey);
+  scale.c = structureness_of(norm_of(greatest, response_of(scale)));
 }
 
 void FrangiFilter::set_structureness(std::span<const float> c) {
@@ -406,7 +339,7 @@ void FrangiFilter::filter(const GreyPixels& grey, const RidgeMaps& maps) {
     return;
   }
   if (!fixed_c_) {
-    find_structureness_in_rows(grey);
+    find_structureness_in_cells(grey);
   }
   stream_scales(whole(), maps);
 }
@@ -415,7 +348,7 @@ void FrangiFilter::filter_tiles(const GreyPixels& grey, std::span<const PixelRec
                                 const RidgeMaps& maps) {
   begin_image(grey);
   if (scales_.front().c == 0) {
-    find_structureness_in_rows(grey);
+    find_structureness_in_cells(grey);
   }
   for (const PixelRectangle& tile : tiles) {
     const PixelRectangle part = usable(tile);

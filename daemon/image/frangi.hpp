@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/image/cell_norms.hpp"
 #include "daemon/image/frangi_kernels.hpp"
 #include "daemon/image/frangi_plane.hpp"
 #include "daemon/image/frangi_settings.hpp"
@@ -95,10 +96,11 @@ class FrangiFilter {
   /// Parts of the image that renew_structureness() goes through in turn.
   static constexpr int kSlices = 16;
 
-  /// For structureness 0 (does nothing otherwise) without a whole image: measures the greatest Hessian norm
-  /// of each cell of `area` and of the next one of 16 horizontal slices of the image; in all cells the first
-  /// time. c becomes half the greatest of the cells' newest norms, so that images cost the same.
-  void renew_structureness(const GreyPixels& grey, const ImageArea& area);
+  /// For structureness 0 (does nothing otherwise) without a whole image: c becomes half the greatest Hessian
+  /// norm, as far as it is told by the cells where it was greatest in earlier images (see CellNorms) and the
+  /// next one of 16 horizontal slices of the image, where something new may have appeared; by all cells the
+  /// first time. Depends on the images alone.
+  void renew_structureness(const GreyPixels& grey);
 
   /// c of scale `i`, grey levels: as configured, or found in the last whole image (0: none yet).
   [[nodiscard]] float structureness(std::size_t i) const { return scales_[i].c; }
@@ -108,6 +110,8 @@ class FrangiFilter {
   [[nodiscard]] std::size_t scale_count() const { return scales_.size(); }
 
  private:
+  static constexpr int kStreamedRows = 4;  ///< the three that the Hessian needs, and a power of two
+
   struct Scale {
     float sigma_px;
     int reach;
@@ -115,7 +119,7 @@ class FrangiFilter {
     std::vector<float> weights;        ///< from the centre outwards
     std::vector<std::uint16_t> pairs;  ///< GaussianTaps::pairs
     float c;
-    std::vector<float> cell_norms{};  ///< newest greatest Hessian norm of each cell, grey levels
+    CellNorms norms;
   };
 
   /// Columns left <= x < right of one row; none where left >= right.
@@ -139,9 +143,12 @@ class FrangiFilter {
   void smooth(const Scale& scale, int y, int begin, int end, float* out);
   void stream(const Scale& scale, const PixelRectangle& block, const RidgeMaps& maps);
   void find_structureness(Scale& scale);
-  void find_cell_norms(const GreyPixels& grey);
-  void find_cell_norms(Scale& scale, const PixelRectangle& row_of_cells);
-  void find_structureness_in_rows(const GreyPixels& grey);
+  void find_structureness_in_cells(const GreyPixels& grey);
+  void find_structureness_near_greatest(const GreyPixels& grey, Scale& scale);
+  void measure_cell_norms(const GreyPixels& grey, Scale& scale);
+  void measure_cell_norms(Scale& scale, const PixelRectangle& row_of_cells);
+  [[nodiscard]] static float norm_of(float squared, const ResponseScale& response);
+  [[nodiscard]] static float structureness_of(float greatest_norm);
   void stream_scales(const PixelRectangle& part, const RidgeMaps& maps);
   void respond_everywhere(const Scale& scale, const RidgeMaps& maps);
 
@@ -155,8 +162,9 @@ class FrangiFilter {
   bool keeps_whole_image_;
   bool integer_image_ = false;              ///< the loaded image is of 8 or 16 bits
   int next_slice_ = -1;                     ///< -1: none has been measured
-  ImageArea renewed_;                       ///< whose norms are measured
-  std::vector<PixelRectangle> rectangles_;  ///< of renewed_
+  ImageArea cells_;                         ///< whose norms are measured next
+  ImageArea measured_cells_;                ///< whose norms are of the present image
+  std::vector<PixelRectangle> rectangles_;  ///< of cells_
   int shift_ = 0;                           ///< loaded integers are grey values times 2^shift
   std::vector<Scale> scales_;
   int margin_;

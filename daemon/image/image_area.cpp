@@ -64,6 +64,16 @@ void ImageArea::add_slice(int number, int count) {
             std::uint8_t{1});
 }
 
+void ImageArea::add_neighbourhood(std::size_t number) {
+  const int column = static_cast<int>(number) % columns_;
+  const int row = static_cast<int>(number) / columns_;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns_ - 1); ++c) {
+      cells_[index_of(c, r)] = 1;
+    }
+  }
+}
+
 bool ImageArea::empty() const {
   return std::all_of(cells_.begin(), cells_.end(), [](std::uint8_t cell) { return cell == 0; });
 }

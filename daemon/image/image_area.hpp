@@ -29,6 +29,8 @@ class ImageArea {
   /// Part `number` of the image, 0 .. count - 1: rows of cells next to each other. A low image may have empty
   /// parts.
   void add_slice(int number, int count);
+  /// Cell `number`, 0 .. cell_count() - 1, and those around it.
+  void add_neighbourhood(std::size_t number);
 
   [[nodiscard]] bool empty() const;
   [[nodiscard]] bool covers(const ImageArea& other) const;
@@ -36,6 +38,8 @@ class ImageArea {
   [[nodiscard]] bool covers_box(const Eigen::Vector2d& low_px, const Eigen::Vector2d& high_px) const;
   /// The pixel `index` of a row by row buffer.
   [[nodiscard]] bool holds_pixel(std::size_t index) const;
+  /// Cell `number`, 0 .. cell_count() - 1.
+  [[nodiscard]] bool holds_cell(std::size_t number) const { return cells_[number] != 0; }
   /// Share of the image's cells.
   [[nodiscard]] double share() const;
   /// Number of the cell a pixel lies in, 0 .. cell_count() - 1. Precondition: inside the image.

@@ -24,12 +24,12 @@ VesselnessMeter::VesselnessMeter(int width, int height, const FrangiSettings& se
   rectangles_.reserve(static_cast<std::size_t>(missing_.cell_count()));
 }
 
-void VesselnessMeter::take(ImageMeasurement& image, const ImageArea& area, const ImageArea& read_before) {
+void VesselnessMeter::take(ImageMeasurement& image, const ImageArea& area) {
   if (kind_ == FrangiArea::kFrame) {
     filter_.filter(grey_of(image), image.vesselness);
     image.measured.add_whole();
   } else {
-    filter_.renew_structureness(grey_of(image), read_before);
+    filter_.renew_structureness(grey_of(image));
     image.measured.clear();
     measure(image, area);
   }

@@ -23,10 +23,9 @@ class VesselnessMeter {
   VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use = MeterUse::kFirst);
 
   /// Takes an image with grey and brightest filled, and measures `area` of it (the whole image where
-  /// the settings say so). Sets vesselness, measured and structureness. With structureness 0 and bands, c is
-  /// half the greatest Hessian norm of this image in `read_before` and a sixteenth of the rest, and of
-  /// earlier ones in what remains.
-  void take(ImageMeasurement& image, const ImageArea& area, const ImageArea& read_before);
+  /// the settings say so). Sets vesselness, measured and structureness. With structureness 0, c depends on
+  /// this camera's images alone, never on `area`: see FrangiFilter::renew_structureness().
+  void take(ImageMeasurement& image, const ImageArea& area);
 
   /// Measures what is missing of `area`; does nothing when there is nothing missing.
   void complete(ImageMeasurement& image, const ImageArea& area);

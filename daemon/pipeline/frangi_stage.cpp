@@ -58,8 +58,7 @@ bool FrangiStage::step(const Clock& clock) noexcept {
 void FrangiStage::measure(const ImageFrame& frame, ImageMeasurement& measurement) noexcept {
   from_optimizer_.fetch();
   const PredictedArea& predicted = from_optimizer_.front();
-  image_half_.meter.take(measurement, frame.exposure <= predicted.until ? predicted.area : whole_,
-                         predicted.read_before);
+  image_half_.meter.take(measurement, frame.exposure <= predicted.until ? predicted.area : whole_);
 }
 
 void FrangiStage::describe(StageReport& report) const noexcept {

@@ -21,9 +21,8 @@ struct CameraHandOver {
   Doorbell frangi_bell;
 
   CameraHandOver(const CameraCalibration& camera, const FrangiSettings& frangi) : prediction(camera, frangi) {
-    predictions.for_each_slot([&](PredictedArea& predicted) {
-      predicted.area = predicted.read_before = ImageArea(camera.width, camera.height);
-    });
+    predictions.for_each_slot(
+        [&](PredictedArea& predicted) { predicted.area = ImageArea(camera.width, camera.height); });
     frames.for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
     measurements.for_each_slot(
         [&](ImageMeasurement& measurement) { measurement.reserve(camera.width, camera.height); });

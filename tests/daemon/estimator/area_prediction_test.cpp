@@ -89,7 +89,7 @@ TubeRun run(FrangiArea kind, Feeding feeding) {
   ImageArea whole = image.measured;
   ImageArea wrong(camera.width, camera.height);
   wrong.add_box({0, 0}, {40, 40});
-  PredictedArea predicted{wrong, ImageArea(camera.width, camera.height), {}};
+  PredictedArea predicted{wrong, {}};
   TubeRun result;
   MonotonicTime next_em = exposure_of(0) - milliseconds(400);
   unsigned em_number = 0;
@@ -100,11 +100,9 @@ TubeRun run(FrangiArea kind, Feeding feeding) {
     render(room, number, image);
     image.exposure = exposure_of(number);
     const bool foreseen = image.exposure <= predicted.until;
-    meter.take(image,
-               feeding == Feeding::kPredicted ? (foreseen ? predicted.area : whole)
-               : feeding == Feeding::kWhole   ? whole
-                                              : wrong,
-               predicted.read_before);
+    meter.take(image, feeding == Feeding::kPredicted ? (foreseen ? predicted.area : whole)
+                      : feeding == Feeding::kWhole   ? whole
+                                                     : wrong);
     result.measured_share.push_back(image.measured.share());
     Observation observation;
     observation.instant = observation.now = observation.newest_image = image.exposure;

@@ -25,7 +25,14 @@ struct FilterBench {
       frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? outlier_mm : 0);
     }
     history->add(frame);
-    const bool is_image = with_images && seed % 4 == 0;
+    return estimate_now(with_images && seed % 4 == 0);
+  }
+  /// An image that much later, without a measurement since; the shape after it.
+  const TubeEstimate& show_image(milliseconds later) {
+    now += later;
+    return estimate_now(true);
+  }
+  const TubeEstimate& estimate_now(bool is_image) {
     Observation observation;
     observation.instant = observation.now = now;
     observation.em = history.get();
@@ -166,6 +173,21 @@ TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
   EXPECT_LT(bench.rms_mm(), before + 0.5);
   bench.measure();
   EXPECT_LT(bench.rms_mm(), before + 0.5);
+}
+
+// Images come faster than measurements: the second one says nothing new about the coil.
+TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnapHoweverManyImagesFollow) {
+  FilterBench bench;
+  for (int i = 0; i < 43; ++i) {
+    bench.measure();
+  }
+  const double before = bench.rms_mm();
+  bench.outlier_mm = 20;
+  bench.measure(0, 1);
+  for (int image = 0; image < 4; ++image) {
+    bench.show_image(milliseconds(5));
+    EXPECT_LT(bench.rms_mm(), before + 0.5) << "image " << image;
+  }
 }
 
 /// The shape's points after measurements every 25 ms until 2 s with images every 100 ms, each shown `late`

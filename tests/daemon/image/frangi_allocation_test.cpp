@@ -41,7 +41,7 @@ TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
   for (int round = 0; round < 3; ++round) {
     area.clear();
     area.add_box({10.0 + round, 5}, {40, 60});
-    meter.take(image, area, area);
+    meter.take(image, area);
     on_demand.take(image);
     on_demand.require(area);
     on_demand.require(whole);

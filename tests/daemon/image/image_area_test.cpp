@@ -85,5 +85,18 @@ TEST(ImageArea, WithoutWhatIsThereAlreadyTheRestIsLeft) {
   EXPECT_TRUE(there.covers(asked));
 }
 
+TEST(ImageArea, ANeighbourhoodEndsAtTheBorder) {
+  ImageArea area(kWidth, kHeight);
+  area.add_neighbourhood(area.index_of_pixel(0, 0));
+  EXPECT_EQ(rectangles_of(area), (std::vector<PixelRectangle>{{0, 0, 32, 32}}));
+  EXPECT_TRUE(area.holds_cell(area.index_of_pixel(20, 20)));
+  EXPECT_FALSE(area.holds_cell(area.index_of_pixel(32, 0)));
+  area.clear();
+  area.add_neighbourhood(area.index_of_pixel(kWidth - 1, kHeight - 1));
+  const int left = (kWidth - 1) / 16 * 16 - 16;
+  const int top = (kHeight - 1) / 16 * 16 - 16;
+  EXPECT_EQ(rectangles_of(area), (std::vector<PixelRectangle>{{left, top, kWidth, kHeight}}));
+}
+
 }  // namespace
 }  // namespace tubed

@@ -21,7 +21,7 @@ class FrangiBench {
     settings.area = area;
     frames.for_each_slot([](ImageFrame& frame) { frame.reserve(kSize, kSize); });
     measurements.for_each_slot([](ImageMeasurement& m) { m.reserve(kSize, kSize); });
-    predictions.for_each_slot([](PredictedArea& p) { p.area = p.read_before = ImageArea(kSize, kSize); });
+    predictions.for_each_slot([](PredictedArea& p) { p.area = ImageArea(kSize, kSize); });
     stage = std::make_unique<FrangiStage>(
         0, ImageHalf{ImageDoor(white_level), VesselnessMeter(kSize, kSize, settings)}, frames, predictions,
         measurements, own_bell, optimizer_bell);
