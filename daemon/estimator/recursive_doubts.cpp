@@ -9,8 +9,13 @@ namespace tubed {
 
 namespace {
 
-constexpr double kGate = 25;          // chi^2 of a coil's position, 3 dof: 1.5e-5
-constexpr double kLostAfter_s = 0.5;  // when a few coils contradict and no image says who is right
+constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
+// A jerk of the tube: coils further off the prediction than they usually are.
+constexpr double kJerkFrom = 1.5;
+constexpr double kFreedomOfAJerk = 4;
+constexpr int kFewestMeasurements = 10;  // until it is known what is usual
+constexpr int kMostMeasurements = 60;    // that the mean goes back
+constexpr double kLostAfter_s = 0.5;     // when a few coils contradict and no image says who is right
 constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kConfirmedFor_s = 0.5;
 constexpr int kLostImages = 3;
@@ -180,8 +185,13 @@ Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation&
   return sum;
 }
 
-// A coil whose position the prediction cannot explain takes no part, for a while.
-void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
+// A coil whose position the prediction cannot explain takes no part, for a while. Gives how far the others
+// are off on the whole: mean chi^2 a degree of freedom, without the coil that is furthest off, which may be
+// wrong by itself. 0: too few to say.
+double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
+  double sum = 0;
+  double greatest = 0;
+  int count = 0;
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
@@ -193,6 +203,10 @@ void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
                                        state_.C.col(map_.position_error_column(i));
     const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
+    const double capped = std::min(chi_squared, kGate);
+    sum += capped;
+    greatest = std::max(greatest, capped);
+    ++count;
     if (chi_squared <= kGate) {
       gated = GatedCoil{};
       continue;
@@ -201,6 +215,20 @@ void RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     gated.since = gated.times == 0 ? time : gated.since;
     ++gated.times;
   }
+  return count > 2 ? (sum - greatest) / (3 * (count - 1)) : 0;
+}
+
+// Of the sideways motion that the measurement with this surprise needs. How surprising a measurement usually
+// is depends on the tracker and on the motion, so that only a mean of earlier ones is a measure.
+double RecursiveEstimator::freedom_for(double surprise) {
+  if (surprise <= 0) {
+    return state_.freedom;
+  }
+  UsualSurprise& usual = state_.usual;
+  const bool is_jerk = usual.count >= kFewestMeasurements && surprise > kJerkFrom * usual.mean;
+  usual.count = std::min(usual.count + 1, kMostMeasurements);
+  usual.mean *= std::pow(std::min(surprise / usual.mean, kJerkFrom), 1.0 / usual.count);
+  return is_jerk ? std::max(state_.freedom, kFreedomOfAJerk) : state_.freedom;
 }
 
 // When most coils contradict, the tube has snapped and they are right. When a few do, images that show the

@@ -41,6 +41,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       motion_(map_.spline(), map_.column_count()),
       coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
       state_(map_.column_count(), settings),
+      before_update_(state_),
       past_{state_, state_, state_, state_, state_, state_, state_, state_},
       prior_{state_.P, state_.C},
       coefficients_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
@@ -95,7 +96,8 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
       shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
     }
   }
-  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, covariance_, shape_time_};
+  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, covariance_, shape_time_,
+                         variance_factor()};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
@@ -208,7 +210,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   const bool began_blind = state_.noise.known() && !state_.began_with_known_noise;
   if (state_.begun && !began_blind && !is_lost(state_.time)) {
     if (registered_ && observation.is_image_instant) {
-      predict(observation.instant);
+      predict(observation.instant, state_.freedom);
       update_image(observation, coils, estimate);
       shape_ = state_.C;
       judge_shape(observation, coils, estimate);
@@ -227,8 +229,17 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
 void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
                                       double interval_s) {
   coils = observe(&frame, history);
-  predict(frame.measured);
-  gate(coils, frame.measured);
+  before_update_ = state_;  // should the measurement say that the tube has moved otherwise
+  predict(frame.measured, state_.freedom);
+  const double freedom = freedom_for(gate(coils, frame.measured));
+  if (freedom > state_.freedom) {
+    const UsualSurprise usual = state_.usual;
+    state_ = before_update_;
+    state_.usual = usual;
+    coils = observe(&frame, history);
+    predict(frame.measured, freedom);
+    gate(coils, frame.measured);
+  }
   const CoilNoise& noise = state_.noise;
   state_.begun = coil_update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), state_.C,
                                     state_.m, state_.P);
@@ -236,13 +247,13 @@ void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& fr
   remember();
 }
 
-void RecursiveEstimator::predict(MonotonicTime time) {
+void RecursiveEstimator::predict(MonotonicTime time, double freedom) {
   const double dt_s = seconds_between(state_.time, time);
   if (dt_s <= 0) {
     return;
   }
   state_.time = time;
-  motion_.predict(dt_s, state_.freedom, state_.C, state_.m, state_.P);
+  motion_.predict(dt_s, freedom, state_.C, state_.m, state_.P);
   age_coil_errors(dt_s);
 }
 

@@ -37,6 +37,12 @@ class RecursiveEstimator final : public Estimator {
     MonotonicTime since{};
   };
 
+  /// How far measurements mostly are off the prediction, see gate().
+  struct UsualSurprise {
+    double mean = 1;  ///< geometric, of the newest
+    int count = 0;    ///< that it is the mean of
+  };
+
   /// All that is known at a time; copied without allocating.
   struct State {
     explicit State(int column_count, const EstimatorSettings& settings);
@@ -56,6 +62,7 @@ class RecursiveEstimator final : public Estimator {
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     std::array<GatedCoil, kMaxCoils> gated{};
     double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
+    UsualSurprise usual;
     int images_without_tube = 0;
     int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better
     MonotonicTime doubted_em{};  ///< newest EM frame at the last of them
@@ -90,16 +97,18 @@ class RecursiveEstimator final : public Estimator {
   void know_covariance(std::span<const ViewConstraints> lines);
   bool take_lines(std::span<const ViewConstraints> lines);
   void depart(const Eigen::Matrix3Xd& C);
-  void predict(MonotonicTime time);
+  void predict(MonotonicTime time, double freedom);
   void place_coils();
   void age_coil_errors(double dt_s);
   void tighten(int column, double variance);
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
   [[nodiscard]] double least_freedom() const;
+  [[nodiscard]] double variance_factor() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);
-  void gate(CoilObservations& coils, MonotonicTime time);
+  double gate(CoilObservations& coils, MonotonicTime time);
+  double freedom_for(double surprise);
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
   [[nodiscard]] bool is_lost(MonotonicTime now) const;
 
@@ -117,6 +126,7 @@ class RecursiveEstimator final : public Estimator {
   TubeMotion motion_;
   CoilUpdate coil_update_;
   State state_;
+  State before_update_;
   static constexpr std::size_t kPastStates = 8;
   std::array<State, kPastStates> past_;  ///< ring of the states after each update, for late images
   std::size_t next_past_ = 0;

@@ -17,6 +17,9 @@ constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 0.4;
 constexpr double kFreedomMost = 10;
+// At kFreedomLeast updates pull by a third to two thirds of what is expected: motion is calmer than the
+// filter lets it be, who would lag behind the next jerk otherwise.
+constexpr double kCalmVariance = 0.74;
 
 }  // namespace
 
@@ -124,6 +127,12 @@ void RecursiveEstimator::adapt_freedom(double pulled, double expected, double in
 double RecursiveEstimator::least_freedom() const {
   const double share = state_.lasting_position_mm / state_.error_scale.position_mm();
   return std::clamp(share * share, kFreedomLeast, 1.0);
+}
+
+// So that 68 of 100 coordinates are within one sigma while motion is calm, too.
+double RecursiveEstimator::variance_factor() const {
+  const double calm = std::clamp((1 - state_.freedom) / (1 - kFreedomLeast), 0.0, 1.0);
+  return 1 - (1 - kCalmVariance) * calm;
 }
 
 }  // namespace tubed

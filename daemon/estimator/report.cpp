@@ -110,7 +110,7 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
     const Eigen::Vector3d derivative = combine(*shape.C, basis.first, basis.first_derivative);
     Eigen::Map<Eigen::Vector3f>(point.tangent_world.data()) = (-derivative.normalized()).cast<float>();
     if (shape.covariance != nullptr) {
-      point.covariance_mm2 = upper_triangle(shape.covariance->covariance(s_mm));
+      point.covariance_mm2 = upper_triangle(shape.variance_factor * shape.covariance->covariance(s_mm));
     } else {
       point.covariance_mm2.fill(std::numeric_limits<float>::infinity());
     }

@@ -17,6 +17,7 @@ struct FoundShape {
   const Eigen::Matrix3Xd* C = nullptr;
   const TubeMap* covariance = nullptr;  ///< whose covariance() may be asked
   MonotonicTime time{};                 ///< the instant the shape is of
+  double variance_factor = 1;           ///< what is published is so many times `covariance`
 };
 
 /// What the word of validity depends on.

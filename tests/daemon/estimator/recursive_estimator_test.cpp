@@ -162,6 +162,21 @@ TEST(RecursiveEstimator, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
   EXPECT_LT(bench.rms_mm(11), 4);
 }
 
+// Too little for a snap: coils are off by less than their error. All of them together say it at once.
+TEST(RecursiveEstimator, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
+  FilterBench bench;
+  bench.with_images = false;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure();
+  }
+  ASSERT_LT(bench.rms_mm(), 1.5);
+  for (int i = 0; i < 3; ++i) {
+    bench.measure(5);
+    EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+  }
+  EXPECT_LT(bench.rms_mm(5), 2.5);
+}
+
 TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
   FilterBench bench;
   for (int i = 0; i < 43; ++i) {
