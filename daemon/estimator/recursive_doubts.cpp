@@ -10,8 +10,10 @@ namespace tubed {
 namespace {
 
 constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
-// A jerk of the tube: coils further off the prediction than they usually are.
-constexpr double kJerkFrom = 1.5;
+// A jerk of the tube: coils further off the prediction than they usually are, by so much and more. In between
+// freedom grows evenly: a rounded digit must not decide.
+constexpr double kJerkFrom = 1.4;
+constexpr double kCertainJerk = 1.6;
 constexpr double kFreedomOfAJerk = 4;
 constexpr int kFewestMeasurements = 10;  // until it is known what is usual
 constexpr int kMostMeasurements = 60;    // that the mean goes back
@@ -225,10 +227,11 @@ double RecursiveEstimator::freedom_for(double surprise) {
     return state_.freedom;
   }
   UsualSurprise& usual = state_.usual;
-  const bool is_jerk = usual.count >= kFewestMeasurements && surprise > kJerkFrom * usual.mean;
+  const double times = usual.count < kFewestMeasurements ? 1 : surprise / usual.mean;
   usual.count = std::min(usual.count + 1, kMostMeasurements);
-  usual.mean *= std::pow(std::min(surprise / usual.mean, kJerkFrom), 1.0 / usual.count);
-  return is_jerk ? std::max(state_.freedom, kFreedomOfAJerk) : state_.freedom;
+  usual.mean *= std::pow(std::min(surprise / usual.mean, kCertainJerk), 1.0 / usual.count);
+  const double jerk = std::clamp((times - kJerkFrom) / (kCertainJerk - kJerkFrom), 0.0, 1.0);
+  return std::max(state_.freedom, kFreedomOfAJerk * jerk);
 }
 
 // When most coils contradict, the tube has snapped and they are right. When a few do, images that show the

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -193,8 +194,11 @@ struct Encoding {
   double position_mm;     ///< greatest error of rounding a coordinate
   double angle_rad;       ///< and of the axis
   double apart_mm;        ///< shapes of the coils alone
-  double fused_apart_mm;  ///< shapes of coils and images: which lines an image gives may turn on a hair
+  double fused_apart_mm;  ///< shapes of coils and images, in the median of all
 };
+
+/// Which lines an image gives may turn on a hair, and a rounded digit be that hair.
+constexpr double kAnotherLine_mm = 0.3;
 
 void judge(const Encoding& encoding) {
   const Sequence recovered = MeasuredRows(simulated(), encoding.replaced_command, encoding.layout).run();
@@ -231,15 +235,22 @@ void judge(const Encoding& encoding) {
     const auto from_folder = estimates_of(original, mode);
     const auto from_tracker = estimates_of(recovered, mode);
     ASSERT_EQ(from_folder.size(), from_tracker.size());
-    double apart_mm = 0;
+    std::vector<double> apart_mm;
     for (std::size_t i = 0; i < from_folder.size(); ++i) {
       EXPECT_EQ(from_folder[i].validity, from_tracker[i].validity) << name_of(mode) << " instant " << i;
-      apart_mm = std::max(apart_mm, greatest_distance_mm(from_folder[i], from_tracker[i]));
+      apart_mm.push_back(greatest_distance_mm(from_folder[i], from_tracker[i]));
     }
-    std::printf("%s %s: %zu of %zu rows, coils rounded by %.5f mm %.6f rad, %zu shapes apart by %.5f mm\n",
-                encoding.name, std::string(name_of(mode)).c_str(), recovered.measurements.size(), rows,
-                position_mm, angle_rad, from_folder.size(), apart_mm);
-    EXPECT_LE(apart_mm, allowed_mm) << name_of(mode);
+    std::sort(apart_mm.begin(), apart_mm.end());
+    const double median_mm = apart_mm[apart_mm.size() / 2];
+    std::printf(
+        "%s %s: %zu of %zu rows, coils rounded by %.5f mm %.6f rad, %zu shapes apart by %.5f mm in the "
+        "median, "
+        "%.5f mm at most\n",
+        encoding.name, std::string(name_of(mode)).c_str(), recovered.measurements.size(), rows, position_mm,
+        angle_rad, from_folder.size(), median_mm, apart_mm.back());
+    const bool fused = mode == EstimatorMode::kFilter;
+    EXPECT_LE(fused ? median_mm : apart_mm.back(), allowed_mm) << name_of(mode);
+    EXPECT_LE(apart_mm.back(), fused ? kAnotherLine_mm : allowed_mm) << name_of(mode);
   }
 }
 
@@ -247,10 +258,10 @@ void judge(const Encoding& encoding) {
 // made with up to three times the error. CAN frames have 0.001 mm and 1 / 32767, behind a tracker that
 // answers to BX; their driver looks at leaps once more.
 const Encoding kEncodings[] = {
-    {"BX", {}, {}, 4, 2e-5, 1e-6, 1e-3, 1e-2},
-    {"TX", {}, {"BX:", "ZZ:"}, 60, 0.00501, 3e-4, 0.1, 0.2},
-    {"CAN FD", CanLayout::kFd, {}, 8, 5.3e-4, 7e-5, 1e-2, 5e-2},
-    {"classic CAN", CanLayout::kClassic, {}, 8, 5.3e-4, 7e-5, 1e-2, 5e-2},
+    {"BX", {}, {}, 4, 2e-5, 1e-6, 1e-3, 1e-3},
+    {"TX", {}, {"BX:", "ZZ:"}, 60, 0.00501, 3e-4, 0.1, 5e-2},
+    {"CAN FD", CanLayout::kFd, {}, 8, 5.3e-4, 7e-5, 1e-2, 1e-2},
+    {"classic CAN", CanLayout::kClassic, {}, 8, 5.3e-4, 7e-5, 1e-2, 1e-2},
 };
 
 // All in one test, so that the sequence is simulated once.
