@@ -223,7 +223,7 @@ double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
 // Of the sideways motion that the measurement with this surprise needs. How surprising a measurement usually
 // is depends on the tracker and on the motion, so that only a mean of earlier ones is a measure.
 double RecursiveEstimator::freedom_for(double surprise) {
-  if (surprise <= 0) {
+  if (!(surprise > 0)) {  // too few coils, or no number
     return state_.freedom;
   }
   UsualSurprise& usual = state_.usual;

@@ -61,6 +61,7 @@ void RecursiveEstimator::reset() noexcept {
   views_.forget();
   state_.noise.reset();
   state_.error_scale.reset();
+  state_.usual = UsualSurprise{};
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
   for (State& past : past_) {
@@ -134,6 +135,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.doubted_times = 0;
   state_.contradicted = false;
   state_.freedom = 1;
+  state_.last_freedom = 1;
   state_.begun = false;
   if (!start_.solve_em(coils, estimate)) {
     return false;
@@ -143,6 +145,9 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
   const CoilNoise& noise = state_.noise;
+  if (!state_.began_with_known_noise) {
+    state_.usual = UsualSurprise{};  // while all was taken for noise nothing surprised
+  }
   state_.began_with_known_noise = noise.known();
   state_.lasting_position_mm = noise.lasting_position_mm(state_.error_scale.position_mm());
   state_.lasting_tangent = noise.lasting_tangent(state_.error_scale.tangent());
@@ -214,6 +219,10 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
       update_image(observation, coils, estimate);
       shape_ = state_.C;
       judge_shape(observation, coils, estimate);
+      state_.contradicted = images_ == ImageVerdict::kContradicts;
+      if (state_.contradicted || images_ == ImageVerdict::kShowsTube) {
+        remember();
+      }
     } else {
       // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
       shape_ = state_.C;
@@ -240,10 +249,15 @@ void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& fr
     predict(frame.measured, freedom);
     gate(coils, frame.measured);
   }
+  state_.last_freedom = freedom;
   const CoilNoise& noise = state_.noise;
   state_.begun = coil_update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), state_.C,
                                     state_.m, state_.P);
-  adapt_freedom(coil_update_.pull().chi_squared, coil_update_.pull().expected, interval_s);
+  // Expected of a freer motion than usual it says nothing against the usual one.
+  const CoilUpdate::Pull& pull = coil_update_.pull();
+  const bool was_jerk = freedom > state_.freedom;
+  adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
+                interval_s);
   remember();
 }
 

@@ -61,7 +61,8 @@ class RecursiveEstimator final : public Estimator {
     double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     std::array<GatedCoil, kMaxCoils> gated{};
-    double freedom = 1;  ///< of the sideways motion, learnt from how far updates pull
+    double freedom = 1;       ///< of the sideways motion, learnt from how far updates pull
+    double last_freedom = 1;  ///< that of the newest EM measurement
     UsualSurprise usual;
     int images_without_tube = 0;
     int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better

@@ -93,7 +93,6 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
                     coefficient_prior_.information.cwiseProduct(state_.P.topLeftCorner(n, n)).sum(),
                 interval_s);
   state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
-  remember();
 }
 
 bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {
@@ -129,9 +128,10 @@ double RecursiveEstimator::least_freedom() const {
   return std::clamp(share * share, kFreedomLeast, 1.0);
 }
 
-// So that 68 of 100 coordinates are within one sigma while motion is calm, too.
+// So that about 70 of 100 coordinates are within one sigma while motion is calm, too.
 double RecursiveEstimator::variance_factor() const {
-  const double calm = std::clamp((1 - state_.freedom) / (1 - kFreedomLeast), 0.0, 1.0);
+  const double calm =
+      std::clamp((1 - std::max(state_.freedom, state_.last_freedom)) / (1 - kFreedomLeast), 0.0, 1.0);
   return 1 - (1 - kCalmVariance) * calm;
 }
 

@@ -6,7 +6,7 @@ namespace tubed::aurora {
 
 namespace {
 
-// More than late answers can be: the handles have moved.
+// In a row, more than late answers can be: the handles have moved.
 constexpr int kMostAboutOthers = 4;
 
 bool is_as_it_was(const FoundCoil& was, const ToolReply& now) {
@@ -57,7 +57,7 @@ Resumption::Answer Resumption::take(const Reply& reply) noexcept {
   while (about < count_ && !is_as_it_was(coils_[about], *tool)) {
     ++about;
   }
-  about_others_ += about == asked() ? 0 : 1;
+  about_others_ = about == asked() ? 0 : about_others_ + 1;
   if (about == count_ || about_others_ > kMostAboutOthers) {
     return Answer::kOther;
   }

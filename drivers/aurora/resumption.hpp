@@ -46,7 +46,7 @@ class Resumption {
   std::array<FoundCoil, kMaxTrackerCoils> coils_{};
   std::size_t count_ = 0;
   std::bitset<kMaxTrackerCoils> same_;  ///< known to be as it was
-  int about_others_ = 0;                ///< answers about another coil than was asked for
+  int about_others_ = 0;                ///< answers in a row about another coil than was asked for
 };
 
 }  // namespace tubed::aurora

@@ -194,7 +194,7 @@ struct Encoding {
   double position_mm;     ///< greatest error of rounding a coordinate
   double angle_rad;       ///< and of the axis
   double apart_mm;        ///< shapes of the coils alone
-  double fused_apart_mm;  ///< shapes of coils and images, in the median of all
+  double fused_apart_mm;  ///< shapes of coils and images, but for two
 };
 
 /// Which lines an image gives may turn on a hair, and a rounded digit be that hair.
@@ -241,15 +241,15 @@ void judge(const Encoding& encoding) {
       apart_mm.push_back(greatest_distance_mm(from_folder[i], from_tracker[i]));
     }
     std::sort(apart_mm.begin(), apart_mm.end());
-    const double median_mm = apart_mm[apart_mm.size() / 2];
+    ASSERT_GT(apart_mm.size(), 20U);
+    const double but_two_mm = apart_mm[apart_mm.size() - 3];
     std::printf(
-        "%s %s: %zu of %zu rows, coils rounded by %.5f mm %.6f rad, %zu shapes apart by %.5f mm in the "
-        "median, "
-        "%.5f mm at most\n",
+        "%s %s: %zu of %zu rows, coils rounded by %.5f mm %.6f rad, %zu shapes apart by %.5f mm but for "
+        "two, %.5f mm at most\n",
         encoding.name, std::string(name_of(mode)).c_str(), recovered.measurements.size(), rows, position_mm,
-        angle_rad, from_folder.size(), median_mm, apart_mm.back());
+        angle_rad, from_folder.size(), but_two_mm, apart_mm.back());
     const bool fused = mode == EstimatorMode::kFilter;
-    EXPECT_LE(fused ? median_mm : apart_mm.back(), allowed_mm) << name_of(mode);
+    EXPECT_LE(fused ? but_two_mm : apart_mm.back(), allowed_mm) << name_of(mode);
     EXPECT_LE(apart_mm.back(), fused ? kAnotherLine_mm : allowed_mm) << name_of(mode);
   }
 }

@@ -177,6 +177,20 @@ TEST(RecursiveEstimator, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
   EXPECT_LT(bench.rms_mm(5), 2.5);
 }
 
+TEST(RecursiveEstimator, WithAJerkSigmaGrows) {
+  FilterBench bench;
+  bench.with_images = false;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure();
+  }
+  const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
+  const float before_mm2 = variance_mm2();
+  bench.measure();
+  EXPECT_NEAR(variance_mm2(), before_mm2, 0.1F * before_mm2);
+  bench.measure(5);
+  EXPECT_GT(variance_mm2(), 1.3F * before_mm2);
+}
+
 TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
   FilterBench bench;
   for (int i = 0; i < 43; ++i) {
@@ -312,6 +326,29 @@ TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {
   bench.now += std::chrono::seconds(3);
   bench.measure(8);
   EXPECT_LT(bench.rms_mm(8), 4);
+}
+
+TEST(RecursiveEstimator, AfterAResetItIsLikeANewOne) {
+  FilterBench used;
+  for (int i = 0; i < 60; ++i) {
+    used.measure(0.1 * i);
+  }
+  used.estimator->reset();
+  FilterBench fresh;
+  used.history = std::make_unique<EmHistory>();
+  used.now = fresh.now;
+  used.seed = fresh.seed;
+  used.newest_image = fresh.newest_image;
+  for (int i = 0; i < 40; ++i) {
+    used.measure();
+    fresh.measure();
+    for (std::size_t p = 0; p < fresh.estimate->point_count; ++p) {
+      ASSERT_EQ(used.estimate->points[p].p_world_mm, fresh.estimate->points[p].p_world_mm)
+          << "measurement " << i;
+      ASSERT_EQ(used.estimate->points[p].covariance_mm2, fresh.estimate->points[p].covariance_mm2)
+          << "measurement " << i;
+    }
+  }
 }
 
 TEST(RecursiveEstimator, TheCovarianceCoversTheErrors) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 namespace tubed::aurora {
 namespace {
@@ -87,6 +89,30 @@ TEST(Resumption, AnAnswerThatIsLateCountsForTheCoilItIsAbout) {
   EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "00")), Answer::kGoOn);
   EXPECT_EQ(resumption.command().text(), phinf_command(0x0D, 0x0021).text());
   EXPECT_EQ(take(resumption, tool("3C4B0001", "01", "01")), Answer::kSame);
+}
+
+// Every question is answered, so many questions late.
+TEST(Resumption, AnswersMayAllBeLateByUpToThreeQuestions) {
+  for (const std::size_t late : {1U, 2U, 3U}) {
+    std::array<FoundCoil, 8> tracked{};
+    for (std::uint8_t i = 0; i < tracked.size(); ++i) {
+      tracked[i] = {static_cast<std::uint8_t>(0x0A + i), {1 + i / 2, i % 2}, 0x3C4B0001U};
+    }
+    Resumption resumption;
+    resumption.remember(tracked);
+    std::vector<std::string> asked(late, std::string(resumption.command().text()));
+    Answer answer = Answer::kGoOn;
+    for (std::size_t next = 0; next < 100 && answer == Answer::kGoOn; ++next) {
+      asked.emplace_back(resumption.command().text());
+      const auto about = std::find_if(tracked.begin(), tracked.end(), [&](const FoundCoil& coil) {
+        return asked[next] == phinf_command(coil.handle, 0x0021).text();
+      });
+      ASSERT_NE(about, tracked.end());
+      answer = take(resumption, tool("3C4B0001", "0" + std::to_string(about->plug.port),
+                                     "0" + std::to_string(about->plug.channel)));
+    }
+    EXPECT_EQ(answer, Answer::kSame) << late << " late";
+  }
 }
 
 TEST(Resumption, AnAnswerAboutALaterCoilIsNotAskedForAgain) {
