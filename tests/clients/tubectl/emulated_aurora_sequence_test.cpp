@@ -260,8 +260,8 @@ void judge(const Encoding& encoding) {
 const Encoding kEncodings[] = {
     {"BX", {}, {}, 4, 2e-5, 1e-6, 1e-3, 1e-3},
     {"TX", {}, {"BX:", "ZZ:"}, 60, 0.00501, 3e-4, 0.1, 5e-2},
-    {"CAN FD", CanLayout::kFd, {}, 8, 5.3e-4, 7e-5, 1e-2, 1e-2},
-    {"classic CAN", CanLayout::kClassic, {}, 8, 5.3e-4, 7e-5, 1e-2, 1e-2},
+    {"CAN FD", CanLayout::kFd, {}, 8, 5.3e-4, 7e-5, 1e-2, 2e-2},
+    {"classic CAN", CanLayout::kClassic, {}, 8, 5.3e-4, 7e-5, 1e-2, 2e-2},
 };
 
 // All in one test, so that the sequence is simulated once.
