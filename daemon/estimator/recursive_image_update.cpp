@@ -17,8 +17,8 @@ constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 0.4;
 constexpr double kFreedomMost = 10;
-// At kFreedomLeast updates pull by a third to two thirds of what is expected: motion is calmer than the
-// filter lets it be, who would lag behind the next jerk otherwise.
+// At kFreedomLeast updates pull by less than is expected: motion is calmer than the filter lets it be, who
+// would lag behind the next jerk otherwise.
 constexpr double kCalmVariance = 0.74;
 
 }  // namespace
@@ -128,7 +128,7 @@ double RecursiveEstimator::least_freedom() const {
   return std::clamp(share * share, kFreedomLeast, 1.0);
 }
 
-// So that about 70 of 100 coordinates are within one sigma while motion is calm, too.
+// So that sigma does not say more than it has to while motion is calm.
 double RecursiveEstimator::variance_factor() const {
   const double calm =
       std::clamp((1 - std::max(state_.freedom, state_.last_freedom)) / (1 - kFreedomLeast), 0.0, 1.0);

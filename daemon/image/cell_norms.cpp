@@ -7,8 +7,7 @@ namespace tubed {
 namespace {
 
 // Of the greatest norm: cells above it are measured with it, mostly the tube's, whichever becomes the
-// greatest next. With 0.9, c was up to 60 % below that of the whole image where a short stretch stood out and
-// went.
+// greatest next. With 0.9, c was far below that of the whole image where a short stretch stood out and went.
 constexpr float kNearGreatest = 0.55F;
 
 }  // namespace

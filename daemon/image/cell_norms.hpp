@@ -10,8 +10,8 @@ namespace tubed {
 
 /// The newest greatest Hessian norm of each cell of a camera's images, of one scale. What was greatest in the
 /// image before is most likely near there in this one: so the greatest norm of an image is found by measuring
-/// the cells of the greatest norms again until the greatest of all is of this image. A value; memory is taken
-/// in the constructor.
+/// the cells of the greatest norms again until the greatest of all is of this image. A value of its filter's
+/// thread; memory is taken in the constructor.
 class CellNorms {
  public:
   explicit CellNorms(const ImageArea& area) : norms_(static_cast<std::size_t>(area.cell_count()), 0.0F) {}

@@ -27,6 +27,11 @@ struct FilterBench {
     history->add(frame);
     return estimate_now(with_images && seed % 4 == 0);
   }
+  void measure_times(int count) {
+    for (int i = 0; i < count; ++i) {
+      measure();
+    }
+  }
   /// An image that much later, without a measurement since; the shape after it.
   const TubeEstimate& show_image(milliseconds later) {
     now += later;
@@ -117,22 +122,16 @@ TEST(RecursiveEstimator, ForgetsNoMeasurementSoNoiseAveragesOut) {
 
 TEST(RecursiveEstimator, GoesOnWithCoilsAloneAndSaysThatImagesStopped) {
   FilterBench bench;
-  for (int i = 0; i < 40; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(40);
   bench.with_images = false;
-  for (int i = 0; i < 40; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(40);
   EXPECT_LT(bench.rms_mm(), 2.5);
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kImageStale));
 }
 
 TEST(RecursiveEstimator, ACoilThatJumpsIsLeftOutAndFlaggedAtOnce) {
   FilterBench bench;
-  for (int i = 0; i < 40; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(40);
   const double before = bench.rms_mm();
   bench.measure(0, 2);
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
@@ -144,9 +143,7 @@ TEST(RecursiveEstimator, ACoilThatJumpsIsLeftOutAndFlaggedAtOnce) {
 TEST(RecursiveEstimator, ASnapIsFollowedAtOnce) {
   FilterBench bench;
   bench.with_images = false;
-  for (int i = 0; i < 40; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(40);
   bench.measure(20);
   EXPECT_LT(bench.rms_mm(20), 5);
 }
@@ -154,9 +151,7 @@ TEST(RecursiveEstimator, ASnapIsFollowedAtOnce) {
 // Along the rays: the image shows nothing of it, and no coil is so far off that the gate would leave it out.
 TEST(RecursiveEstimator, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
   FilterBench bench;
-  for (int i = 0; i < 43; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(43);
   bench.measure(11);
   ASSERT_EQ(bench.newest_image, bench.now);
   EXPECT_LT(bench.rms_mm(11), 4);
@@ -166,9 +161,7 @@ TEST(RecursiveEstimator, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
 TEST(RecursiveEstimator, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
   FilterBench bench;
   bench.with_images = false;
-  for (int i = 0; i < 80; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(80);
   ASSERT_LT(bench.rms_mm(), 1.5);
   for (int i = 0; i < 3; ++i) {
     bench.measure(5);
@@ -180,9 +173,7 @@ TEST(RecursiveEstimator, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
 TEST(RecursiveEstimator, WithAJerkSigmaGrows) {
   FilterBench bench;
   bench.with_images = false;
-  for (int i = 0; i < 80; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(80);
   const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
   const float before_mm2 = variance_mm2();
   bench.measure();
@@ -193,9 +184,7 @@ TEST(RecursiveEstimator, WithAJerkSigmaGrows) {
 
 TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
   FilterBench bench;
-  for (int i = 0; i < 43; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(43);
   const double before = bench.rms_mm();
   bench.outlier_mm = 20;
   bench.measure(0, 1);
@@ -207,9 +196,7 @@ TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnap) {
 // Images come faster than measurements: the second one says nothing new about the coil.
 TEST(RecursiveEstimator, OneCoilThatIsOffOnceIsNoSnapHoweverManyImagesFollow) {
   FilterBench bench;
-  for (int i = 0; i < 43; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(43);
   const double before = bench.rms_mm();
   bench.outlier_mm = 20;
   bench.measure(0, 1);
@@ -289,9 +276,7 @@ TEST(RecursiveEstimator, ATickLeavesNoTrace) {
 // Something that looks like the tube creeps away, slowly enough for every single image to be believed.
 TEST(RecursiveEstimator, ImagesThatCreepAwayFromTheCoilsAreNotFollowedForEver) {
   FilterBench bench;
-  for (int i = 0; i < 40; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(40);
   for (int i = 0; i < 400; ++i) {
     bench.image_off_mm += 0.05;  // 20 mm in all, coils err by 4 mm
     bench.measure();
@@ -311,18 +296,14 @@ TEST(RecursiveEstimator, AStretchCaughtBesideTheTubeIsGivenUpOnceTheTubeIsSeen) 
   }
   ASSERT_GT(bench.beside_mm(), 9);
   bench.hidden = {};
-  for (int i = 0; i < 4; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(4);
   EXPECT_LT(bench.beside_mm(), 2);
 }
 
 TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {
   FilterBench bench;
   bench.with_images = false;
-  for (int i = 0; i < 10; ++i) {
-    bench.measure();
-  }
+  bench.measure_times(10);
   bench.now += std::chrono::seconds(3);
   bench.measure(8);
   EXPECT_LT(bench.rms_mm(8), 4);

@@ -126,24 +126,20 @@ void expect_structureness(const ImageMeasurement& image, const ImageMeasurement&
   }
 }
 
-// What was greatest is measured again until the greatest is of this image: nothing of the old is left.
-TEST(VesselnessMeter, StructurenessFollowsALowerContrastAtOnce) {
+/// An image of the one contrast, then one of the other: c of the second is that of the whole image.
+void expect_followed_at_once(double before, double after, float part) {
   VesselnessMeter meter(kWidth, kHeight, FrangiSettings{});
-  ImageMeasurement strong = image_of_wires(1, 1);
-  meter.take(strong, nothing());
-  ImageMeasurement faint = image_of_wires(0.5, 1);
-  meter.take(faint, nothing());
-  expect_structureness(faint, as_of_whole_frames(faint), 0.02F);
+  ImageMeasurement first = image_of_wires(before, 1);
+  ImageMeasurement second = image_of_wires(after, 1);
+  meter.take(first, nothing());
+  meter.take(second, nothing());
+  expect_structureness(second, as_of_whole_frames(second), part);
 }
 
-TEST(VesselnessMeter, StructurenessFollowsAHigherContrastAtOnce) {
-  VesselnessMeter meter(kWidth, kHeight, FrangiSettings{});
-  ImageMeasurement faint = image_of_wires(0.5, 1);
-  meter.take(faint, nothing());
-  ImageMeasurement strong = image_of_wires(1, 1);
-  meter.take(strong, nothing());
-  expect_structureness(strong, as_of_whole_frames(strong), 0.05F);
-}
+// What was greatest is measured again until the greatest is of this image: nothing of the old is left.
+TEST(VesselnessMeter, StructurenessFollowsALowerContrastAtOnce) { expect_followed_at_once(1, 0.5, 0.02F); }
+
+TEST(VesselnessMeter, StructurenessFollowsAHigherContrastAtOnce) { expect_followed_at_once(0.5, 1, 0.05F); }
 
 TEST(VesselnessMeter, StructurenessIsThatOfTheWholeImageWhileTheWiresMove) {
   VesselnessMeter meter(kWidth, kHeight, FrangiSettings{});
