@@ -13,7 +13,8 @@ namespace tubed {
 /// One D_i = {p_i, t_i}.
 struct CoilObservation {
   CoilState state = CoilState::kMissing;
-  double s_mm = 0;  ///< arc length from the tip
+  bool suspected = false;  ///< contradicted what was expected of it a moment ago
+  double s_mm = 0;         ///< arc length from the tip
   Eigen::Vector3d p_world_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d tangent_world = Eigen::Vector3d::Zero();  ///< unit, toward the tip
   [[nodiscard]] bool used() const { return state == CoilState::kUsed; }

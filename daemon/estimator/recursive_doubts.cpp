@@ -10,6 +10,10 @@ namespace tubed {
 namespace {
 
 constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
+// To be believed again, a coil has to agree as most do (0.03 do not) if the coils of a measurement alone
+// contradict it as well, or if it was left out more often than a snap is.
+constexpr double kAgrees = 9;
+constexpr int kOftenerThanASnap = 3;
 // A jerk of the tube: coils further off the prediction than they usually are, by so much and more. In between
 // freedom grows evenly: a rounded digit must not decide.
 constexpr double kJerkFrom = 1.4;
@@ -19,6 +23,8 @@ constexpr int kFewestMeasurements = 10;  // until it is known what is usual
 constexpr int kMostMeasurements = 60;    // that the mean goes back
 constexpr double kLostAfter_s = 0.5;     // when a few coils contradict and no image says who is right
 constexpr double kLostThoughConfirmed_s = 5;
+constexpr double kYoungFor_s = 0.5;  // after a beginning
+constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
 constexpr int kLostImages = 3;
 // The instant alone knows better: coils that are further off than their whole error allows (chi^2 a coil, 3
@@ -78,7 +84,7 @@ int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const Co
   int contradicting = 0;
   for (int i = 0; i < all.count; ++i) {
     CoilObservation& coil = all.coils[static_cast<std::size_t>(i)];
-    if (coil.state == CoilState::kOutlier) {
+    if (coil.state == CoilState::kOutlier && !state_.gated[static_cast<std::size_t>(i)].alone_as_well) {
       coil.state = CoilState::kUsed;
     }
     if (coil.used()) {
@@ -198,7 +204,7 @@ double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
     if (!coil.used()) {
-      gated = GatedCoil{};
+      gated.times = 0;  // says nothing, but is no better for that
       continue;
     }
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
@@ -209,7 +215,7 @@ double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     sum += capped;
     greatest = std::max(greatest, capped);
     ++count;
-    if (chi_squared <= kGate) {
+    if (chi_squared <= (gated.alone_as_well || gated.times >= kOftenerThanASnap ? kAgrees : kGate)) {
       gated = GatedCoil{};
       continue;
     }
@@ -234,22 +240,60 @@ double RecursiveEstimator::freedom_for(double surprise) {
   return std::max(state_.freedom, kFreedomOfAJerk * jerk);
 }
 
-// When most coils contradict, the tube has snapped and they are right. When a few do, images that show the
-// tube where it is expected speak against them for a long while, but not for ever: they do not see depth.
-bool RecursiveEstimator::is_lost(MonotonicTime now) const {
-  int gated_now = 0;
+bool RecursiveEstimator::most_are_gated() const {
+  const auto gated = std::count_if(state_.gated.begin(), state_.gated.end(),
+                                   [](const GatedCoil& coil) { return coil.times > 0; });
+  return 2 * gated > static_cast<std::ptrdiff_t>(instrument_.coils.size());
+}
+
+// When most coils contradict, the tube has snapped and they are right.
+bool RecursiveEstimator::is_lost() const {
+  return most_are_gated() || state_.disowned || state_.images_without_tube >= kLostImages ||
+         state_.doubted_times >= kDoubtedTimes;
+}
+
+// Who is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name one:
+// asked often while a beginning may have taken in what its own measurement did not show, now and then later.
+// If they name nobody, contradicting coils are borne for a long while where images show the tube where it is
+// expected, or where coils alone have named them before; but not for ever: images do not see depth.
+void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history) {
+  const bool is_young = seconds_between(state_.began, frame.measured) < kYoungFor_s;
+  if (!is_young && seconds_between(state_.asked, frame.measured) < kAskedEvery_s) {
+    return;
+  }
+  state_.asked = frame.measured;
+  CoilObservations alone = observe(&frame, history);
+  const bool known = start_.solve_em(alone, *second_opinion_);
+  bool same = true;
+  bool other = false;
+  bool named_before = true;
   double longest_s = 0;
-  for (const GatedCoil& coil : state_.gated) {
-    if (coil.times > 0) {
-      ++gated_now;
-      longest_s = std::max(longest_s, seconds_between(coil.since, now));
-    }
+  for (int i = 0; i < alone.count; ++i) {
+    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    const bool is_gated = gated.times > 0;
+    const bool named = known && alone.coils[static_cast<std::size_t>(i)].state == CoilState::kOutlier;
+    same = same && named == is_gated;
+    other = other || (named && !is_gated);
+    named_before = named_before && (!is_gated || gated.alone_as_well);
+    longest_s = std::max(longest_s, is_gated ? seconds_between(gated.since, frame.measured) : 0);
+  }
+  for (GatedCoil& gated : state_.gated) {
+    gated.alone_as_well = gated.alone_as_well || (same && gated.times > 0);
   }
   const bool confirmed =
-      to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, now) < kConfirmedFor_s;
-  return 2 * gated_now > static_cast<int>(instrument_.coils.size()) ||
-         (gated_now > 0 && longest_s >= (confirmed ? kLostThoughConfirmed_s : kLostAfter_s)) ||
-         state_.images_without_tube >= kLostImages || state_.doubted_times >= kDoubtedTimes;
+      to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, frame.measured) < kConfirmedFor_s;
+  const double borne_s = confirmed || named_before ? kLostThoughConfirmed_s : kLostAfter_s;
+  state_.disowned = other || (!same && longest_s >= borne_s);
+}
+
+// A beginning knows little, and nearly everything agrees with it: a coil that it left out has to agree well.
+void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
+  state_.gated = {};
+  for (int i = 0; i < coils.count; ++i) {
+    if (coils.coils[static_cast<std::size_t>(i)].state == CoilState::kOutlier) {
+      state_.gated[static_cast<std::size_t>(i)] = {1, state_.time, true};
+    }
+  }
 }
 
 }  // namespace tubed

@@ -61,6 +61,7 @@ void RecursiveEstimator::reset() noexcept {
   views_.forget();
   state_.noise.reset();
   state_.error_scale.reset();
+  state_.gated = {};
   state_.usual = UsualSurprise{};
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
@@ -71,8 +72,14 @@ void RecursiveEstimator::reset() noexcept {
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
-  return observe_coils(frame, history, instrument_, T_world_em_,
-                       static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
+  CoilObservations coils = observe_coils(frame, history, instrument_, T_world_em_,
+                                         static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
+  const bool snapped = most_are_gated();
+  for (int i = 0; i < coils.count; ++i) {
+    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    coils.coils[static_cast<std::size_t>(i)].suspected = gated.alone_as_well || (gated.times > 0 && !snapped);
+  }
+  return coils;
 }
 
 void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
@@ -130,10 +137,10 @@ void RecursiveEstimator::remember() {
 // What the coils have shown of their noise so far decides how much of their error stays.
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
                                     const EmFrame& frame, TubeEstimate& estimate) {
-  state_.gated = {};
   state_.images_without_tube = 0;
   state_.doubted_times = 0;
   state_.contradicted = false;
+  state_.disowned = false;
   state_.freedom = 1;
   state_.last_freedom = 1;
   state_.begun = false;
@@ -183,6 +190,9 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.time = observation.is_image_instant ? observation.instant : frame.measured;
   state_.newest_em = frame.measured;
   state_.begun = true;
+  state_.began = frame.measured;
+  state_.asked = frame.measured;
+  leave_out_as_found(coils);
   place_coils();
   covariance_ = map_.invert_at(coils, lines, &prior_, C) ? &map_ : nullptr;
   shape_ = C;
@@ -213,7 +223,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
   // Begun while all was taken for noise: too sure of itself if it is not.
   const bool began_blind = state_.noise.known() && !state_.began_with_known_noise;
-  if (state_.begun && !began_blind && !is_lost(state_.time)) {
+  if (state_.begun && !began_blind && !is_lost()) {
     if (registered_ && observation.is_image_instant) {
       predict(observation.instant, state_.freedom);
       update_image(observation, coils, estimate);
@@ -229,7 +239,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
       if (settle(shape_, estimate)) know_covariance({});
     }
   }
-  if (!state_.begun || began_blind || is_lost(state_.time)) {
+  if (!state_.begun || began_blind || is_lost()) {
     coils = observe(&newest, history);
     initialise(observation, coils, newest, estimate);
   }
@@ -258,6 +268,7 @@ void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& fr
   const bool was_jerk = freedom > state_.freedom;
   adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                 interval_s);
+  ask_alone(frame, history);
   remember();
 }
 

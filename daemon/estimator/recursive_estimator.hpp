@@ -35,6 +35,7 @@ class RecursiveEstimator final : public Estimator {
   struct GatedCoil {
     int times = 0;
     MonotonicTime since{};
+    bool alone_as_well = false;  ///< the coils of an instant alone contradict it, too
   };
 
   /// How far measurements mostly are off the prediction, see gate().
@@ -61,6 +62,9 @@ class RecursiveEstimator final : public Estimator {
     double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     std::array<GatedCoil, kMaxCoils> gated{};
+    MonotonicTime began{};    ///< EM frame of the beginning
+    MonotonicTime asked{};    ///< EM frame whose coils alone were last asked who is wrong
+    bool disowned = false;    ///< they said: the shape
     double freedom = 1;       ///< of the sideways motion, learnt from how far updates pull
     double last_freedom = 1;  ///< that of the newest EM measurement
     UsualSurprise usual;
@@ -111,7 +115,10 @@ class RecursiveEstimator final : public Estimator {
   double gate(CoilObservations& coils, MonotonicTime time);
   double freedom_for(double surprise);
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
-  [[nodiscard]] bool is_lost(MonotonicTime now) const;
+  [[nodiscard]] bool most_are_gated() const;
+  [[nodiscard]] bool is_lost() const;
+  void ask_alone(const EmFrame& frame, const EmHistory& history);
+  void leave_out_as_found(const CoilObservations& coils);
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;

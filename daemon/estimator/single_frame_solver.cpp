@@ -10,6 +10,7 @@ namespace {
 constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
 constexpr double kOutlierGain = 30.0;  // cost one coil must save to be called an outlier (chi^2, 5 dof, 1e-5)
+constexpr double kSuspectGain = 11.0;  // of one that was an outlier a moment ago (0.05)
 // Share of the lines that agree, and how much the coils object (chi^2 a coil, 5 dof): the tube's own image
 // had at least 0.68 and at most 2.2 in all frames tried, another scene's image 0.56 and 4.2 in the median.
 constexpr double kFewestAgreeing = 0.62;
@@ -44,21 +45,21 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
     return;
   }
   const double cost = map_.contradiction(coils, C_);
-  double best_cost = cost - kOutlierGain;
+  double most_saved = 1;  // of what makes it an outlier
   int outlier = -1;
-  // Cheap way out: the whole cost is too small for any coil to save so much.
-  for (int i = 0; i < coils.count && best_cost > 0; ++i) {
+  for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (!coil.used()) {
+    const double gain = coil.suspected ? kSuspectGain : kOutlierGain;
+    if (!coil.used() || cost < most_saved * gain) {  // cheap way out: it cannot save so much
       continue;
     }
     coil.state = CoilState::kOutlier;
     bool converged = false;
     if (map_.solve_linear(coils, C_without_)) {
       map_.refine(coils, {}, nullptr, settings_.iterations, C_without_, converged);
-      const double cost_without = map_.contradiction(coils, C_without_);
-      if (cost_without < best_cost) {
-        best_cost = cost_without;
+      const double saved = (cost - map_.contradiction(coils, C_without_)) / gain;
+      if (saved > most_saved) {
+        most_saved = saved;
         outlier = i;
       }
     }

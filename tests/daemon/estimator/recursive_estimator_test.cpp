@@ -23,6 +23,9 @@ struct FilterBench {
     EmFrame frame = measure_coils(room, now, 4, ++seed);
     for (int i = 0; i < frame.coil_count; ++i) {
       frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? outlier_mm : 0);
+      if (i == missing) {
+        frame.coils[static_cast<std::size_t>(i)] = CoilSample{};
+      }
     }
     history->add(frame);
     return estimate_now(with_images && seed % 4 == 0);
@@ -102,6 +105,7 @@ struct FilterBench {
   unsigned seed = 0;
   bool with_images = true;
   double outlier_mm = 30;
+  int missing = -1;         ///< coil that drops out
   Stretch hidden;           ///< of the arc, in the image
   double decoy_mm = 0;      ///< 0: none
   double image_off_mm = 0;  ///< what the image shows is so far beside the coils
@@ -137,6 +141,67 @@ TEST(RecursiveEstimator, ACoilThatJumpsIsLeftOutAndFlaggedAtOnce) {
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kCoilOutlier));
   EXPECT_LT(bench.rms_mm(), before + 0.5);
+}
+
+// A beginning knows little, so that nearly everything agrees with it, and noise may hide the coil at first.
+TEST(RecursiveEstimator, ACoilThatIsWrongFromTheBeginningIsLeftOutInAMomentForGood) {
+  for (const int liar : {1, 2, 3}) {
+    FilterBench bench;
+    double sum = 0;
+    for (int i = 0; i < 120; ++i) {
+      bench.measure(0, liar);
+      sum += i >= 40 ? bench.rms_mm() / 80 : 0;
+      if (i >= 20) {
+        EXPECT_EQ(bench.estimate->coils[static_cast<std::size_t>(liar)].state, CoilState::kOutlier)
+            << "coil " << liar << ", measurement " << i;
+      }
+    }
+    EXPECT_LT(sum, 2) << "coil " << liar;
+  }
+}
+
+// Longer than any contradiction is borne: the coils of a measurement alone say that the coil is wrong.
+TEST(RecursiveEstimator, ACoilThatGoesWrongForGoodStaysOut) {
+  for (const bool with_images : {true, false}) {
+    FilterBench bench;
+    bench.with_images = with_images;
+    bench.measure_times(60);
+    for (int i = 0; i < 280; ++i) {  // 7 s
+      bench.measure(0, 2);
+      ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier)
+          << "measurement " << i << (with_images ? ", images" : "");
+      ASSERT_LT(bench.rms_mm(), 3) << "measurement " << i << (with_images ? ", images" : "");
+    }
+  }
+}
+
+TEST(RecursiveEstimator, ACoilThatIsRightAgainIsTakenInAgain) {
+  FilterBench bench;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  int used = 0;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+    used += bench.estimate->coils[2].state == CoilState::kUsed ? 1 : 0;
+  }
+  EXPECT_GE(used, 30);
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+}
+
+// What is missing for a moment is no better for that.
+TEST(RecursiveEstimator, AWrongCoilThatDropsOutIsStillWrongWhenItReturns) {
+  FilterBench bench;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  for (int i = 0; i < 40; ++i) {
+    bench.missing = i % 2 == 0 ? 2 : -1;
+    bench.measure(0, 2);
+    EXPECT_NE(bench.estimate->coils[2].state, CoilState::kUsed) << "measurement " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), 3);
 }
 
 // All coils 20 mm away at once: the tube has snapped, and the coils are right.
