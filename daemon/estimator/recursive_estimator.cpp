@@ -33,7 +33,8 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       registered_(room.registered),
       has_cameras_(!room.cameras.empty()),
       start_(settings, instrument.length_mm),
-      map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()), 1),
+      map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()),
+           TubeMotion::column_count_of_motion(instrument.length_mm)),
       image_map_(settings, instrument.length_mm),
       views_(settings, instrument, room),
       second_look_(settings, instrument, room),
@@ -172,7 +173,10 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     know(map_.position_error_column(coil), state_.lasting_position_mm);
     know(map_.tangent_error_column(coil), state_.lasting_tangent);
   }
-  know(map_.column_count() - 1, 1);  // the speed: set by the motion below
+  for (int column = map_.tangent_error_column(static_cast<int>(instrument_.coils.size()));
+       column < map_.column_count(); ++column) {
+    know(column, 1);  // of the motion, which sets them below
+  }
   map_.set_stiffness(kStrainSlack, 1);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
   const auto lines = views_.constraints(observation, 1, false);
@@ -278,7 +282,7 @@ void RecursiveEstimator::predict(MonotonicTime time, double freedom) {
     return;
   }
   state_.time = time;
-  motion_.predict(dt_s, freedom, state_.C, state_.m, state_.P);
+  motion_.predict(dt_s, {freedom, drift_freedom()}, state_.C, state_.m, state_.P);
   age_coil_errors(dt_s);
 }
 

@@ -108,7 +108,9 @@ class RecursiveEstimator final : public Estimator {
   void tighten(int column, double variance);
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
+  [[nodiscard]] double lasting_share() const;
   [[nodiscard]] double least_freedom() const;
+  [[nodiscard]] double drift_freedom() const;
   [[nodiscard]] double variance_factor() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);

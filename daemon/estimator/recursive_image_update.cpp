@@ -17,6 +17,7 @@ constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 0.4;
 constexpr double kFreedomMost = 10;
+constexpr double kLeastDrift = 0.3;
 // At kFreedomLeast updates pull by less than is expected: motion is calmer than the filter lets it be, who
 // would lag behind the next jerk otherwise.
 constexpr double kCalmVariance = 0.74;
@@ -123,10 +124,14 @@ void RecursiveEstimator::adapt_freedom(double pulled, double expected, double in
 
 // Where coils err by noise, a tube held firmer averages more of it. Where their errors stay there is nothing
 // to average, and what they do from place to place would be held instead.
-double RecursiveEstimator::least_freedom() const {
+double RecursiveEstimator::lasting_share() const {
   const double share = state_.lasting_position_mm / state_.error_scale.position_mm();
-  return std::clamp(share * share, kFreedomLeast, 1.0);
+  return share * share;
 }
+
+double RecursiveEstimator::least_freedom() const { return std::clamp(lasting_share(), kFreedomLeast, 1.0); }
+
+double RecursiveEstimator::drift_freedom() const { return std::clamp(lasting_share(), kLeastDrift, 1.0); }
 
 // So that sigma does not say more than it has to while motion is calm.
 double RecursiveEstimator::variance_factor() const {

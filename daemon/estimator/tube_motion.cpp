@@ -7,9 +7,9 @@ namespace tubed {
 
 namespace {
 
-// Random walk, per root second. 0.95 mm is 0.2 mm in the 44 ms that a push of 1 mm takes at 22.5 mm/s.
-constexpr double kSideways_mm = 3.0;
-constexpr double kSidewaysAtTip_mm = 5.0;
+// Random walk, per root second: 1.5 mm is 0.3 mm in the 44 ms that a push of 1 mm takes at 22.5 mm/s.
+constexpr double kSideways_mm = 1.5;
+constexpr double kSidewaysAtTip_mm = 3.0;
 constexpr double kTipReach_mm = 30;        // over which the tip's freedom fades
 constexpr double kSidewaysLength_mm = 25;  // correlation along the tube
 constexpr double kSwayShare = 0.15;        // of its variance that moves long stretches together
@@ -17,12 +17,21 @@ constexpr double kSwayLength_mm = 150;
 constexpr double kSlidingSpeed_mm_s = 10;  // of the sliding that the estimated speed does not foresee
 constexpr double kSpeed_mm_s = 25;         // how fast it is pushed or pulled, usually
 constexpr double kSpeedMemory_s = 0.4;     // how long a hand keeps its speed
+constexpr double kDrift_mm_s = 8;          // of a stretch that moves to a side, usually
+constexpr double kDriftMemory_s = 0.2;     // how long it goes on
+constexpr double kDriftSpacing_mm = 63;    // of the nodes, about
 
 }  // namespace
 
+int TubeMotion::column_count_of_motion(double length_mm) {
+  return 2 + std::max(1, static_cast<int>(std::lround(length_mm / kDriftSpacing_mm)));
+}
+
 TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
     : coefficient_count_(spline.coefficient_count()),
+      drift_count_(column_count_of_motion(spline.length_mm()) - 1),
       speed_(3 * (column_count - 1)),
+      drift_(speed_ - 3 * drift_count_),
       spacing_mm_(spline.spacing_mm()),
       sideways_(coefficient_count_, coefficient_count_),
       sliding_(Eigen::VectorXd::Zero(3 * column_count)),
@@ -45,9 +54,11 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
 }
 
 void TubeMotion::begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const {
-  C.rightCols<1>().setZero();
-  P.bottomRows<3>().setZero();
-  P.rightCols<3>().setZero();
+  const Eigen::Index rows = 3 * (drift_count_ + 1);
+  C.rightCols(drift_count_ + 1).setZero();
+  P.bottomRows(rows).setZero();
+  P.rightCols(rows).setZero();
+  P.diagonal().segment(drift_, 3 * drift_count_).setConstant(kDrift_mm_s * kDrift_mm_s);
   P.diagonal().tail<3>() << kSpeed_mm_s * kSpeed_mm_s, 1, 1;
 }
 
@@ -79,33 +90,70 @@ void TubeMotion::shift(double slid_mm, Eigen::Matrix3Xd& C) {
   C.leftCols(coefficient_count_) = shifted_;
 }
 
+TubeMotion::Between TubeMotion::nodes_of(Eigen::Index coefficient) const {
+  const double place = static_cast<double>(coefficient) / static_cast<double>(coefficient_count_ - 1) *
+                       static_cast<double>(drift_count_ - 1);
+  const auto node = std::min(static_cast<Eigen::Index>(place), drift_count_ - 2);
+  return {drift_ / 3 + node, place - static_cast<double>(node)};
+}
+
+void TubeMotion::drift(double way_s, const Eigen::Matrix3Xd& m, Eigen::Matrix3Xd& C) const {
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    const auto [column, share] = nodes_of(i);
+    C.col(i) += way_s * ((1 - share) * m.col(column) + share * m.col(column + 1));
+  }
+}
+
 // By columns, which lie next to each other in memory.
-void TubeMotion::shift_columns(double slid_mm, Eigen::MatrixXd& P) {
+void TubeMotion::move_columns(double slid_mm, double way_s, Eigen::MatrixXd& P) {
   for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
     const Shift shift = shift_of(i, slid_mm);
     const auto& [w0, w1, w2, w3] = shift.weights;
     const Eigen::Index from = 3 * shift.first;
+    const auto [column, share] = nodes_of(i);
     columns_.middleCols<3>(3 * i) = w0 * P.middleCols<3>(from) + w1 * P.middleCols<3>(from + 3) +
-                                    w2 * P.middleCols<3>(from + 6) + w3 * P.middleCols<3>(from + 9);
+                                    w2 * P.middleCols<3>(from + 6) + w3 * P.middleCols<3>(from + 9) +
+                                    way_s * (1 - share) * P.middleCols<3>(3 * column) +
+                                    way_s * share * P.middleCols<3>(3 * column + 3);
   }
   P.leftCols(3 * coefficient_count_) = columns_;
 }
 
-void TubeMotion::predict(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+void TubeMotion::predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                          Eigen::MatrixXd& P) {
   const double slid_mm = m(0, m.cols() - 1) * dt_s;
-  shift(slid_mm, C);
-  shift(slid_mm, m);
-  shift_columns(slid_mm, P);
+  const double way_s = kDriftMemory_s * (1 - std::exp(-dt_s / kDriftMemory_s));  // of a velocity that fades
+  for (Eigen::Matrix3Xd* mean : {&C, &m}) {
+    shift(slid_mm, *mean);
+    drift(way_s, m, *mean);
+  }
+  move_columns(slid_mm, way_s, P);
   P.transposeInPlace();
-  shift_columns(slid_mm, P);
-  add_noise(dt_s, freedom, C, P);
+  move_columns(slid_mm, way_s, P);
+  add_noise(dt_s, freedom.sideways, C, P);
+  forget_speed(dt_s, C, m, P);
+  forget_drift(dt_s, freedom.drift, C, m, P);
+}
+
+void TubeMotion::forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+                              Eigen::MatrixXd& P) const {
   const double kept = std::exp(-dt_s / kSpeedMemory_s);
   C(0, C.cols() - 1) = m(0, m.cols() - 1) * kept;
   m(0, m.cols() - 1) *= kept;
   P.row(speed_) *= kept;
   P.col(speed_) *= kept;
   P(speed_, speed_) += (1 - kept * kept) * kSpeed_mm_s * kSpeed_mm_s;
+}
+
+void TubeMotion::forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+                              Eigen::MatrixXd& P) const {
+  const double kept = std::exp(-dt_s / kDriftMemory_s);
+  m.middleCols(drift_ / 3, drift_count_) *= kept;
+  C.middleCols(drift_ / 3, drift_count_) = m.middleCols(drift_ / 3, drift_count_);
+  P.middleRows(drift_, 3 * drift_count_) *= kept;
+  P.middleCols(drift_, 3 * drift_count_) *= kept;
+  P.diagonal().segment(drift_, 3 * drift_count_).array() +=
+      (1 - kept * kept) * freedom * kDrift_mm_s * kDrift_mm_s;
 }
 
 void TubeMotion::add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) {

@@ -9,19 +9,31 @@
 namespace tubed {
 
 /// Motion model of the recursive estimator. A catheter follows itself when it is pushed: zeta(s) becomes
-/// zeta(s - v dt), v its speed along itself, which is estimated. And it moves sideways a little everywhere,
-/// most at the tip. Columns of every C: coefficients, others that do not move, last the speed (mm/s in its
-/// first component, the other two mean nothing). Memory is taken in the constructor.
+/// zeta(s - v dt), v its speed along itself, which is estimated. Long stretches of it drift: they keep moving
+/// to a side for a while, with velocities that are estimated at nodes along the tube, linear in between. And
+/// it moves sideways a little everywhere, most at the tip. Columns of every C: coefficients, others that do
+/// not move, the nodes' velocities (mm/s, world frame), last the speed (mm/s in its first component, the
+/// other two mean nothing). Memory is taken in the constructor.
 class TubeMotion {
  public:
+  /// How free the tube is to move otherwise than it is expected to.
+  struct Freedom {
+    double sideways = 1;  ///< multiplies the variance of the sideways motion
+    double drift = 1;     ///< and that of the drift's velocities
+  };
+
   TubeMotion(const UniformCubicBSpline& spline, int column_count);
 
-  /// Sets the speed to unknown.
+  /// The velocities and the speed: what a C needs behind its other columns for a tube of this length.
+  [[nodiscard]] static int column_count_of_motion(double length_mm);
+
+  /// Sets the velocities and the speed to unknown.
   void begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const;
 
-  /// Moves both means C and m (of the same state; the speed is m's) and their covariance P (3 column_count
-  /// squared) on by `dt_s`. `freedom` multiplies the variance of the sideways motion.
-  void predict(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P);
+  /// Moves both means C and m (of the same state; speed and velocities are m's) and their covariance P (3
+  /// column_count squared) on by `dt_s`.
+  void predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+               Eigen::MatrixXd& P);
 
  private:
   /// zeta(s) becomes zeta(s - slid_mm): a column becomes weights of four others.
@@ -30,13 +42,26 @@ class TubeMotion {
     std::array<double, 4> weights{};
   };
 
+  /// Between which nodes a coefficient is.
+  struct Between {
+    Eigen::Index column = 0;  ///< of the node nearer to the tip
+    double share = 0;         ///< of the next one
+  };
+
   [[nodiscard]] Shift shift_of(Eigen::Index coefficient, double slid_mm) const;
+  [[nodiscard]] Between nodes_of(Eigen::Index coefficient) const;
   void shift(double slid_mm, Eigen::Matrix3Xd& C);
-  void shift_columns(double slid_mm, Eigen::MatrixXd& P);
+  void drift(double way_s, const Eigen::Matrix3Xd& m, Eigen::Matrix3Xd& C) const;
+  void move_columns(double slid_mm, double way_s, Eigen::MatrixXd& P);
   void add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P);
+  void forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P) const;
+  void forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+                    Eigen::MatrixXd& P) const;
 
   Eigen::Index coefficient_count_;
-  Eigen::Index speed_;  ///< row of the speed
+  Eigen::Index drift_count_;  ///< nodes that have a velocity
+  Eigen::Index speed_;        ///< row of the speed
+  Eigen::Index drift_;        ///< row of the first velocity
   double spacing_mm_;
   Eigen::MatrixXd sideways_;    ///< variance of one second between coefficients, mm^2 (n x n)
   Eigen::VectorXd sliding_;     ///< change of C when the tube slides 1 mm forward
