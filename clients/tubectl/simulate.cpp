@@ -32,6 +32,7 @@ struct SimulateOptions {
   std::string vessel;
   std::string picture;
   int every = 1;
+  int second_view_every = 0;  ///< 0: as the preset has it
 };
 
 double seconds_since(Clock::time_point start) {
@@ -129,7 +130,11 @@ class SequenceSimulation {
  private:
   [[nodiscard]] std::string note() const {
     return "SIMULATED. tubectl simulate --preset " + options_.preset + " --seed " +
-           std::to_string(options_.seed) + ": " + scenario_.meaning;
+           std::to_string(options_.seed) +
+           (options_.second_view_every == 0
+                ? ""
+                : " --second-view-every " + std::to_string(options_.second_view_every)) +
+           ": " + scenario_.meaning;
   }
   [[nodiscard]] double duration_s() const {
     return static_cast<double>(scenario_.commands.size()) / scenario_.steps_per_s;
@@ -218,6 +223,13 @@ int simulate(const SimulateOptions& options) {
   if (!options.vessel.empty()) {
     scenario = in_vessel(std::move(scenario), options.vessel);
   }
+  if (options.second_view_every > 0) {
+    if (scenario.room.cameras.size() < 2) {
+      throw std::runtime_error("--second-view-every: preset " + options.preset +
+                               " has one view; biplane has two");
+    }
+    scenario.second_view_every = options.second_view_every;
+  }
   if (!options.out.empty()) {
     refuse_filled_folder(options.out);
   }
@@ -264,6 +276,9 @@ CLI::App* add_simulate(CLI::App& app, int& exit_code) {
   verb->add_option("--every", options->every, "Only every so many-th exposure")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  verb->add_option("--second-view-every", options->second_view_every,
+                   "Second view with every so many-th exposure (default: as the preset has it)")
+      ->check(CLI::Range(1, 1000));
   verb->callback([options, &exit_code] { exit_code = simulate(*options); });
   return verb;
 }

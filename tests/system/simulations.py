@@ -46,6 +46,17 @@ def a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed(be
     check(len(frames) >= 8, f"only {len(frames)} exposures")
 
 
+def the_second_view_comes_as_often_as_asked_for(bed):
+    folder = bed.folder / "two"
+    done = bed.tubectl("simulate", "--preset", "biplane", "--every", "60", "--second-view-every", "1", "--out", str(folder), timeout_s=150)
+    check(done.returncode == 0, f"tubectl simulate exits {done.returncode}: {done.stderr}")
+    with open(folder / "frames.csv", encoding="utf-8", newline="") as rows:
+        cameras = [row["camera"] for row in csv.DictReader(rows)]
+    check(cameras.count("A") == cameras.count("B") >= 5, f"views: {cameras}")
+    done = bed.tubectl("simulate", "--preset", "paper", "--second-view-every", "1")
+    check(done.returncode != 0 and "one view" in done.stderr, f"a second view of a preset with one: {done.returncode}, {done.stderr}")
+
+
 def a_vessel_in_metres_is_refused_with_its_place(bed):
     vessel = bed.write("aorta.csv", IN_METRES)
     done = bed.tubectl("simulate", "--vessel", str(vessel))
@@ -70,4 +81,4 @@ def a_daemon_with_a_vessel_it_cannot_use_ends_with_78(bed):
 
 if __name__ == "__main__":
     beds.main(a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed,
-              a_vessel_in_metres_is_refused_with_its_place, a_daemon_with_a_vessel_it_cannot_use_ends_with_78)
+              the_second_view_comes_as_often_as_asked_for, a_vessel_in_metres_is_refused_with_its_place, a_daemon_with_a_vessel_it_cannot_use_ends_with_78)
