@@ -254,44 +254,59 @@ bool RecursiveEstimator::is_lost() const {
 
 // Who is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name one:
 // asked often while a beginning may have taken in what its own measurement did not show, now and then later.
-// If they name nobody, contradicting coils are borne for a long while where images show the tube where it is
-// expected, or where coils alone have named them before; but not for ever: images do not see depth.
+// A contradicting coil that they do not name is borne for a long while after images have shown the tube where
+// it is expected, or after they have named it; but not for ever: images do not see depth.
 void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history) {
   const bool is_young = seconds_between(state_.began, frame.measured) < kYoungFor_s;
-  if (!is_young && seconds_between(state_.asked, frame.measured) < kAskedEvery_s) {
+  if (state_.disowned || (!is_young && seconds_between(state_.asked, frame.measured) < kAskedEvery_s)) {
     return;
   }
   state_.asked = frame.measured;
   CoilObservations alone = observe(&frame, history);
   const bool known = start_.solve_em(alone, *second_opinion_);
-  bool same = true;
-  bool other = false;
+  bool names_other = false;
   bool named_before = true;
   double longest_s = 0;
   for (int i = 0; i < alone.count; ++i) {
-    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    const bool is_gated = gated.times > 0;
+    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
     const bool named = known && alone.coils[static_cast<std::size_t>(i)].state == CoilState::kOutlier;
-    same = same && named == is_gated;
-    other = other || (named && !is_gated);
-    named_before = named_before && (!is_gated || gated.alone_as_well);
-    longest_s = std::max(longest_s, is_gated ? seconds_between(gated.since, frame.measured) : 0);
-  }
-  for (GatedCoil& gated : state_.gated) {
-    gated.alone_as_well = gated.alone_as_well || (same && gated.times > 0);
+    if (gated.times == 0) {
+      names_other = names_other || named;
+      continue;
+    }
+    if (named) {
+      gated.alone_as_well = true;
+      gated.since = frame.measured;
+    }
+    named_before = named_before && gated.alone_as_well;
+    longest_s = std::max(longest_s, seconds_between(gated.since, frame.measured));
   }
   const bool confirmed =
       to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, frame.measured) < kConfirmedFor_s;
   const double borne_s = confirmed || named_before ? kLostThoughConfirmed_s : kLostAfter_s;
-  state_.disowned = other || (!same && longest_s >= borne_s);
+  state_.disowned = names_other || longest_s >= borne_s;
 }
 
-// A beginning knows little, and nearly everything agrees with it: a coil that it left out has to agree well.
+// A beginning knows little, and nearly everything agrees with it: a coil that it left out has to agree well,
+// and so has one that it could not ask.
 void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
-  state_.gated = {};
+  const bool asked = coils.used_count() >= SingleFrameSolver::kFewestForMajority - 1;
   for (int i = 0; i < coils.count; ++i) {
-    if (coils.coils[static_cast<std::size_t>(i)].state == CoilState::kOutlier) {
-      state_.gated[static_cast<std::size_t>(i)] = {1, state_.time, true};
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    if (coil.state == CoilState::kOutlier) {
+      gated = {1, state_.time, true};
+    } else {
+      gated = {0, {}, gated.alone_as_well && !(coil.used() && asked)};
+    }
+  }
+}
+
+void RecursiveEstimator::leave_out_gated(CoilObservations& coils) const {
+  for (int i = 0; i < coils.count; ++i) {
+    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+    if (coil.used() && state_.begun && state_.gated[static_cast<std::size_t>(i)].times > 0) {
+      coil.state = CoilState::kOutlier;
     }
   }
 }

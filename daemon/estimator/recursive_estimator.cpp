@@ -63,6 +63,7 @@ void RecursiveEstimator::reset() noexcept {
   state_.noise.reset();
   state_.error_scale.reset();
   state_.gated = {};
+  state_.confirmed = MonotonicTime{};
   state_.usual = UsualSurprise{};
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
@@ -116,9 +117,10 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
 // To the newest state that is not younger than `time`. Without one the present state has to do.
 void RecursiveEstimator::go_back(MonotonicTime time) {
   const State* best = nullptr;
-  for (const State& past : past_) {
-    if (past.begun && past.time <= time && (best == nullptr || past.time > best->time)) {
-      best = &past;
+  for (std::size_t age = kPastStates; age > 0; --age) {
+    const State& past = past_[(next_past_ + kPastStates - age) % kPastStates];
+    if (past.begun && past.time <= time && (best == nullptr || past.time >= best->time)) {
+      best = &past;  // of two of one time what was made of it last
     }
   }
   if (best == nullptr) {
@@ -173,8 +175,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     know(map_.position_error_column(coil), state_.lasting_position_mm);
     know(map_.tangent_error_column(coil), state_.lasting_tangent);
   }
-  for (int column = map_.tangent_error_column(static_cast<int>(instrument_.coils.size()));
-       column < map_.column_count(); ++column) {
+  for (int column = map_.first_further_column(); column < map_.column_count(); ++column) {
     know(column, 1);  // of the motion, which sets them below
   }
   map_.set_stiffness(kStrainSlack, 1);
@@ -222,9 +223,12 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
     const double interval_s = seconds_between(state_.newest_em, frame->measured);
     state_.newest_em = frame->measured;
     if (state_.begun) {
-      update_coils(coils, *frame, history, interval_s);
+      update_coils(*frame, history, interval_s);
     }
   }
+  // Of this state, whenever its newest measurement was taken.
+  coils = observe(&newest, history);
+  leave_out_gated(coils);
   // Begun while all was taken for noise: too sure of itself if it is not.
   const bool began_blind = state_.noise.known() && !state_.began_with_known_noise;
   if (state_.begun && !began_blind && !is_lost()) {
@@ -249,9 +253,8 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
 }
 
-void RecursiveEstimator::update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
-                                      double interval_s) {
-  coils = observe(&frame, history);
+void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s) {
+  CoilObservations coils = observe(&frame, history);
   before_update_ = state_;  // should the measurement say that the tube has moved otherwise
   predict(frame.measured, state_.freedom);
   const double freedom = freedom_for(gate(coils, frame.measured));

@@ -14,10 +14,10 @@
 namespace tubed {
 
 /// See Estimator for thread and promises. State: the coefficients, for each coil an error of its position and
-/// its tangent that stays, and the speed, together a Gaussian. Every EM measurement is an update in the order
-/// of time, every image another one; an image that arrives after younger EM measurements is taken into the
-/// state of its own time, and the next estimate goes through those measurements again. Begins, and begins
-/// again after a loss, from SingleFrameSolver.
+/// its tangent that stays, the velocities of the drift and the speed, together a Gaussian. Every EM
+/// measurement is an update in the order of time, every image another one; an image that arrives after
+/// younger EM measurements is taken into the state of its own time, and the next estimate goes through those
+/// measurements again. Begins, and begins again after a loss, from SingleFrameSolver.
 class RecursiveEstimator final : public Estimator {
  public:
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
@@ -50,7 +50,7 @@ class RecursiveEstimator final : public Estimator {
     bool begun = false;
     MonotonicTime time{};
     MonotonicTime newest_em{};  ///< measurement time of the newest EM frame used
-    Eigen::Matrix3Xd C;         ///< the shape with stiffness: coefficients, errors of coils, speed
+    Eigen::Matrix3Xd C;         ///< the shape with stiffness: coefficients, errors of coils, drift, speed
     Eigen::Matrix3Xd m;         ///< mean of what was measured, without stiffness; columns as in C
     Eigen::MatrixXd P;          ///< covariance of m; mm^2 and what the other columns' units make of it
     CoilNoise noise;
@@ -82,8 +82,7 @@ class RecursiveEstimator final : public Estimator {
                   TubeEstimate& estimate);
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
-  void update_coils(CoilObservations& coils, const EmFrame& frame, const EmHistory& history,
-                    double interval_s);
+  void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s);
   void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
   [[nodiscard]] Eigen::Vector3d off_coil_mm(const CoilObservation& coil, const Eigen::Matrix3Xd& C) const;
@@ -121,6 +120,7 @@ class RecursiveEstimator final : public Estimator {
   [[nodiscard]] bool is_lost() const;
   void ask_alone(const EmFrame& frame, const EmHistory& history);
   void leave_out_as_found(const CoilObservations& coils);
+  void leave_out_gated(CoilObservations& coils) const;
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;

@@ -20,7 +20,7 @@ constexpr double kFreedomMost = 10;
 constexpr double kLeastDrift = 0.3;
 // At kFreedomLeast updates pull by less than is expected: motion is calmer than the filter lets it be, who
 // would lag behind the next jerk otherwise.
-constexpr double kCalmVariance = 0.68;
+constexpr double kCalmVariance = 0.71;
 
 }  // namespace
 

@@ -10,14 +10,13 @@ namespace {
 constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
 constexpr double kOutlierGain = 30.0;  // cost one coil must save to be called an outlier (chi^2, 5 dof, 1e-5)
-constexpr double kSuspectGain = 11.0;  // of one that was an outlier a moment ago (0.05)
+constexpr double kSuspectGain = 11.0;  // of one that was an outlier before (0.05)
 // Share of the lines that agree, and how much the coils object (chi^2 a coil, 5 dof): the tube's own image
 // had at least 0.68 and at most 2.2 in all frames tried, another scene's image 0.56 and 4.2 in the median.
 constexpr double kFewestAgreeing = 0.62;
 constexpr double kDoubtfulAgreeing = 0.78;
 constexpr double kDoubtfulPull = 2.4;
 constexpr double kGreatestPull = 8;
-constexpr int kFewestForMajority = 4;  // with fewer usable coils there is nobody to contradict
 
 }  // namespace
 

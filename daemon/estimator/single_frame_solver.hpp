@@ -20,6 +20,9 @@ class SingleFrameSolver {
  public:
   SingleFrameSolver(const EstimatorSettings& settings, double length_mm);
 
+  /// With fewer usable coils nobody can say that one contradicts the others.
+  static constexpr int kFewestForMajority = 4;
+
   /// Weighted MAP of Eq. (14) of the coils; a coil that contradicts the others is marked kOutlier. False with
   /// fewer than two usable coils.
   bool solve_em(CoilObservations& coils, TubeEstimate& estimate);

@@ -80,6 +80,7 @@ class TubeMap {
   [[nodiscard]] int tangent_error_column(int coil) const {
     return spline_.coefficient_count() + coils_with_error_ + coil;
   }
+  [[nodiscard]] int first_further_column() const { return column_count() - further_columns_; }
 
   /// Start without any guess: the linear problem (unit speed along each coil's tangent, bending, no strain).
   /// False with fewer than two usable coils or an indefinite matrix.

@@ -17,14 +17,15 @@ constexpr double kSwayLength_mm = 150;
 constexpr double kSlidingSpeed_mm_s = 10;  // of the sliding that the estimated speed does not foresee
 constexpr double kSpeed_mm_s = 25;         // how fast it is pushed or pulled, usually
 constexpr double kSpeedMemory_s = 0.4;     // how long a hand keeps its speed
-constexpr double kDrift_mm_s = 8;          // of a stretch that moves to a side, usually
+constexpr double kDrift_mm_s = 7;          // of a stretch that moves to a side, usually
 constexpr double kDriftMemory_s = 0.2;     // how long it goes on
-constexpr double kDriftSpacing_mm = 63;    // of the nodes, about
+constexpr double kDriftSpacing_mm = 63;    // tube to a node
+constexpr int kMostNodes = 8;
 
 }  // namespace
 
 int TubeMotion::column_count_of_motion(double length_mm) {
-  return 2 + std::max(1, static_cast<int>(std::lround(length_mm / kDriftSpacing_mm)));
+  return 1 + std::clamp(1 + static_cast<int>(std::lround(length_mm / kDriftSpacing_mm)), 2, kMostNodes);
 }
 
 TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
@@ -34,6 +35,7 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
       drift_(speed_ - 3 * drift_count_),
       spacing_mm_(spline.spacing_mm()),
       sideways_(coefficient_count_, coefficient_count_),
+      drifting_(Eigen::MatrixXd::Zero(coefficient_count_, drift_count_)),
       sliding_(Eigen::VectorXd::Zero(3 * column_count)),
       shifted_(Eigen::Matrix3Xd::Zero(3, coefficient_count_)),
       columns_(Eigen::MatrixXd::Zero(3 * column_count, 3 * coefficient_count_)),
@@ -51,6 +53,12 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
           ((1 - kSwayShare) * std::exp(-0.5 * distance * distance) + kSwayShare * std::exp(-0.5 * far * far));
     }
   }
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    const auto [column, share] = nodes_of(i);
+    drifting_(i, column - drift_ / 3) = 1 - share;
+    drifting_(i, column - drift_ / 3 + 1) = share;
+  }
+  drifting_together_ = drifting_ * drifting_.transpose();
 }
 
 void TubeMotion::begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const {
@@ -145,6 +153,8 @@ void TubeMotion::forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd
   P(speed_, speed_) += (1 - kept * kept) * kSpeed_mm_s * kSpeed_mm_s;
 }
 
+// The drift is a Gauss-Markov process and the way its integral: what velocities do within the step moves the
+// tube as well.
 void TubeMotion::forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                               Eigen::MatrixXd& P) const {
   const double kept = std::exp(-dt_s / kDriftMemory_s);
@@ -152,8 +162,20 @@ void TubeMotion::forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, 
   C.middleCols(drift_ / 3, drift_count_) = m.middleCols(drift_ / 3, drift_count_);
   P.middleRows(drift_, 3 * drift_count_) *= kept;
   P.middleCols(drift_, 3 * drift_count_) *= kept;
-  P.diagonal().segment(drift_, 3 * drift_count_).array() +=
-      (1 - kept * kept) * freedom * kDrift_mm_s * kDrift_mm_s;
+  const double variance = freedom * kDrift_mm_s * kDrift_mm_s;
+  P.diagonal().segment(drift_, 3 * drift_count_).array() += (1 - kept * kept) * variance;
+  const double with_way = kDriftMemory_s * (1 - kept) * (1 - kept) * variance;
+  const double way = kDriftMemory_s * (2 * dt_s - kDriftMemory_s * (3 - 4 * kept + kept * kept)) * variance;
+  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+    for (Eigen::Index k = 0; k < drift_count_; ++k) {
+      const Eigen::Index column = drift_ + 3 * k;
+      P.block<3, 3>(3 * i, column).diagonal().array() += with_way * drifting_(i, k);
+      P.block<3, 3>(column, 3 * i).diagonal().array() += with_way * drifting_(i, k);
+    }
+    for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
+      P.block<3, 3>(3 * i, 3 * j).diagonal().array() += way * drifting_together_(i, j);
+    }
+  }
 }
 
 void TubeMotion::add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) {

@@ -63,11 +63,13 @@ class TubeMotion {
   Eigen::Index speed_;        ///< row of the speed
   Eigen::Index drift_;        ///< row of the first velocity
   double spacing_mm_;
-  Eigen::MatrixXd sideways_;    ///< variance of one second between coefficients, mm^2 (n x n)
-  Eigen::VectorXd sliding_;     ///< change of C when the tube slides 1 mm forward
-  Eigen::Matrix3Xd shifted_;    ///< scratch
-  Eigen::MatrixXd columns_;     ///< scratch
-  Eigen::VectorXd with_speed_;  ///< scratch
+  Eigen::MatrixXd sideways_;           ///< variance of one second between coefficients, mm^2 (n x n)
+  Eigen::MatrixXd drifting_;           ///< shares of the nodes in the coefficients (n x nodes)
+  Eigen::MatrixXd drifting_together_;  ///< between coefficients (n x n)
+  Eigen::VectorXd sliding_;            ///< change of C when the tube slides 1 mm forward
+  Eigen::Matrix3Xd shifted_;           ///< scratch
+  Eigen::MatrixXd columns_;            ///< scratch
+  Eigen::VectorXd with_speed_;         ///< scratch
 };
 
 }  // namespace tubed

@@ -190,6 +190,39 @@ TEST(RecursiveEstimator, ACoilThatIsRightAgainIsTakenInAgain) {
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
 }
 
+// A shape asked for without a new measurement, between images or for one: what is wrong is not used there
+// either.
+TEST(RecursiveEstimator, AWrongCoilStaysOutWhoeverAsksAgain) {
+  FilterBench bench;
+  bench.measure_times(60);
+  for (int i = 0; i < 40; ++i) {
+    bench.measure(0, 2);
+    for (const bool is_image : {false, true}) {
+      bench.now += milliseconds(5);
+      bench.estimate_now(is_image);
+      ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier) << "measurement " << i;
+      ASSERT_FALSE(bench.estimate->reasons.has(Reason::kImageLostTube)) << "measurement " << i;
+    }
+  }
+  EXPECT_LT(bench.rms_mm(), 2);
+}
+
+// A beginning forgives nobody whom it cannot ask.
+TEST(RecursiveEstimator, AWrongCoilThatMissesABeginningIsStillWrong) {
+  FilterBench bench;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  bench.now += milliseconds(1500);  // so long a gap that it begins again
+  bench.missing = 2;
+  bench.measure(0, 2);
+  bench.missing = -1;
+  for (int i = 0; i < 20; ++i) {
+    bench.measure(0, 2);
+    EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier) << "measurement " << i;
+  }
+}
+
 // What is missing for a moment is no better for that.
 TEST(RecursiveEstimator, AWrongCoilThatDropsOutIsStillWrongWhenItReturns) {
   FilterBench bench;
