@@ -32,6 +32,20 @@ Eigen::Vector3d point(const UniformCubicBSpline& spline, const Eigen::Matrix3Xd&
   return combine(C, basis.first, basis.value);
 }
 
+/// A tube on that circle, both means alike.
+struct MovingTube {
+  explicit MovingTube(double speed_mm_s) : C(coefficients_of_circle(spline, speed_mm_s)), m(C) {}
+  void predict(double dt_s, const TubeMotion::Freedom& freedom = {}) {
+    motion.predict(dt_s, freedom, C, m, P);
+  }
+  [[nodiscard]] double z_mm(double s_mm) const { return point(spline, m, s_mm).z(); }
+  UniformCubicBSpline spline{kCoefficients, kLength_mm};
+  TubeMotion motion{spline, kColumns};
+  Eigen::Matrix3Xd C;
+  Eigen::Matrix3Xd m;
+  Eigen::MatrixXd P = Eigen::MatrixXd::Identity(3 * kColumns, 3 * kColumns);
+};
+
 TEST(TubeMotion, APushedTubeFollowsItself) {
   const UniformCubicBSpline spline(kCoefficients, kLength_mm);
   TubeMotion motion(spline, kColumns);
@@ -61,16 +75,14 @@ TEST(TubeMotion, AtRestTheMeanStaysAndOnlyTheCovarianceGrows) {
 
 // What is known of a direction of the tube is known of the same piece of tube after it has slid.
 TEST(TubeMotion, TheCovarianceSlidesWithTheTube) {
-  const UniformCubicBSpline spline(kCoefficients, kLength_mm);
-  TubeMotion motion(spline, kColumns);
-  Eigen::Matrix3Xd C = coefficients_of_circle(spline, spline.spacing_mm() / 0.01);
-  Eigen::Matrix3Xd m = C;
-  Eigen::MatrixXd P = Eigen::MatrixXd::Identity(C.size(), C.size());
-  P.diagonal().segment<3>(3 * 10).setConstant(100);
-  P.bottomRightCorner<3, 3>().setIdentity();
-  motion.predict(0.01, {1e-9, 1e-9}, C, m, P);  // slides by one coefficient
-  EXPECT_NEAR(P(3 * 11 + 2, 3 * 11 + 2), 100, 1e-3);
-  EXPECT_NEAR(P(3 * 10 + 2, 3 * 10 + 2), 1, 1e-3);
+  MovingTube tube(UniformCubicBSpline(kCoefficients, kLength_mm).spacing_mm() / 0.01);
+  const Eigen::Index motion_rows = 3 * TubeMotion::column_count_of_motion(kLength_mm);
+  tube.P.bottomRightCorner(motion_rows, motion_rows).setZero();  // no drift
+  tube.P.diagonal().segment<3>(3 * 10).setConstant(100);
+  tube.P.bottomRightCorner<3, 3>().setIdentity();
+  tube.predict(0.01, {1e-9, 1e-9});  // slides by one coefficient
+  EXPECT_NEAR(tube.P(3 * 11 + 2, 3 * 11 + 2), 100, 1e-6);
+  EXPECT_NEAR(tube.P(3 * 10 + 2, 3 * 10 + 2), 1, 1e-6);
 }
 
 TEST(TubeMotion, AnUnknownSpeedMakesTheTubeSlideByAnUnknownWay) {
@@ -99,23 +111,18 @@ TEST(TubeMotion, AnUnknownSpeedMakesTheTubeSlideByAnUnknownWay) {
 
 // A velocity at the tip's node alone: it fades, and beyond the next node nothing moves.
 TEST(TubeMotion, AStretchThatDriftsGoesOnForAWhile) {
-  const UniformCubicBSpline spline(kCoefficients, kLength_mm);
-  TubeMotion motion(spline, kColumns);
-  Eigen::Matrix3Xd C = coefficients_of_circle(spline, 0);
-  C(2, kCoefficients) = 10;
-  const Eigen::Matrix3Xd before = C;
-  Eigen::Matrix3Xd m = C;
-  Eigen::MatrixXd P = Eigen::MatrixXd::Identity(C.size(), C.size());
-  motion.predict(0.01, {}, C, m, P);
-  EXPECT_NEAR(point(spline, m, 0).z(), 0.1 * 10 * 0.1, 0.03);
-  EXPECT_NEAR(point(spline, m, 200).z(), 0, 1e-12);
+  MovingTube tube(0);
+  tube.C(2, kCoefficients) = tube.m(2, kCoefficients) = 10;
+  tube.predict(0.01);
+  EXPECT_NEAR(tube.z_mm(0), 0.1 * 10 * 0.1, 0.03);
+  EXPECT_NEAR(tube.z_mm(200), 0, 1e-12);
   for (int i = 0; i < 400; ++i) {
-    motion.predict(0.01, {}, C, m, P);
+    tube.predict(0.01);
   }
-  EXPECT_GT(point(spline, m, 0).z(), 1);
-  EXPECT_LT(point(spline, m, 0).z(), 4);
-  EXPECT_LT(m.col(kCoefficients).norm(), 1e-6);
-  EXPECT_LT((C - m).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT(tube.z_mm(0), 1);
+  EXPECT_LT(tube.z_mm(0), 4);
+  EXPECT_LT(tube.m.col(kCoefficients).norm(), 1e-6);
+  EXPECT_LT((tube.C - tube.m).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 // Covariance: across the circle's plane, where nothing slides.
@@ -147,33 +154,28 @@ TEST(TubeMotion, WhatADriftDoesDoesNotDependOnTheSteps) {
 
 // Two points of a stretch that may drift move together, and so does what is known of them.
 TEST(TubeMotion, AnUnknownDriftMovesAStretchTogether) {
-  const UniformCubicBSpline spline(kCoefficients, kLength_mm);
-  TubeMotion motion(spline, kColumns);
-  Eigen::Matrix3Xd C = coefficients_of_circle(spline, 0);
-  Eigen::Matrix3Xd m = C;
-  Eigen::MatrixXd P = 1e-6 * Eigen::MatrixXd::Identity(C.size(), C.size());
-  motion.begin(C, P);
-  motion.predict(0.1, {1e-12, 1}, C, m, P);
-  const auto z_covariance = [&P](int a, int b) { return P(3 * a + 2, 3 * b + 2); };
+  MovingTube tube(0);
+  tube.P *= 1e-6;
+  tube.motion.begin(tube.C, tube.P);
+  tube.predict(0.1, {1e-12, 1});
+  const auto z_covariance = [&tube](int a, int b) { return tube.P(3 * a + 2, 3 * b + 2); };
   EXPECT_GT(z_covariance(10, 10), 0.1);
   EXPECT_GT(z_covariance(10, 11), 0.8 * std::sqrt(z_covariance(10, 10) * z_covariance(11, 11)));
   EXPECT_LT(std::abs(z_covariance(2, 22)), 0.01 * z_covariance(10, 10));
-  EXPECT_LT((P - P.transpose()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((tube.P - tube.P.transpose()).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(TubeMotion, WhatIsKnownOfAVelocityStaysBelowWhatIsUsual) {
-  const UniformCubicBSpline spline(kCoefficients, kLength_mm);
-  TubeMotion motion(spline, kColumns);
-  Eigen::Matrix3Xd C = coefficients_of_circle(spline, 0);
-  Eigen::Matrix3Xd m = C;
-  Eigen::MatrixXd P = 1e-6 * Eigen::MatrixXd::Identity(C.size(), C.size());
-  motion.begin(C, P);
-  const double usual = P(3 * kCoefficients, 3 * kCoefficients);
-  P(3 * kCoefficients, 3 * kCoefficients) = 0;  // as if it had just been measured
+TEST(TubeMotion, AVelocityIsForgottenUpToWhatIsUsual) {
+  MovingTube tube(0);
+  tube.P *= 1e-6;
+  tube.motion.begin(tube.C, tube.P);
+  double& variance = tube.P(3 * kCoefficients, 3 * kCoefficients);
+  const double usual = variance;
+  variance = 0;  // as if it had just been measured
   for (int i = 0; i < 1000; ++i) {
-    motion.predict(0.01, {}, C, m, P);
+    tube.predict(0.01);
   }
-  EXPECT_NEAR(P(3 * kCoefficients, 3 * kCoefficients), usual, 1e-6 * usual);
+  EXPECT_NEAR(variance, usual, 1e-6 * usual);
 }
 
 // A departure d of the mean becomes F d, and d d^T becomes F d d^T F^T beside the noise. Any d without speed,
