@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "daemon/image/sample_vesselness.hpp"
 
@@ -40,6 +41,9 @@ void convolve(const Row& from, const Kernel& kernel, int states, Row& to) {
     to[static_cast<std::size_t>(k)] = sum;
   }
 }
+
+/// Of a line that knows nothing.
+double anywhere_px2(int reach_px) { return reach_px * reach_px / 3.0; }
 
 /// Differences in grey of both sides from what a line found: equal signs where it stands out. Over three
 /// pixels each.
@@ -164,6 +168,71 @@ void LineSearch::run_chain(int count, int states, double transition_px) {
   }
 }
 
+// From the evidence.
+void LineSearch::find(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px,
+                      double transition_px) {
+  const int states = 2 * reach_px + 1;
+  run_chain(count, states, transition_px);
+  find_moments(lines, count, reach_px);
+  if (!tells_shafts_apart_) {
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const double state = lines[i].offset_px + reach_px;
+    const bool is_one = state >= 0 && state <= states - 1;  // what is no number is none
+    on_ridge_[i] = is_one && evidence_[i][static_cast<std::size_t>(std::lround(state))] > 1;
+  }
+  const auto searched = std::span(lines).first(static_cast<std::size_t>(count));
+  if (!claims_.find(searched, on_ridge_)) {
+    return;
+  }
+  look_beside(count, reach_px);
+  if (claims_.settle(searched, sees_another_)) {
+    leave_to_others(count, reach_px);
+    run_chain(count, states, transition_px);
+    find_moments(lines, count, reach_px);
+  }
+}
+
+void LineSearch::look_beside(int count, int reach_px) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const RidgeClaims::Claim& claim = claims_.claims()[i];
+    sees_another_[i] = false;
+    for (int k = -reach_px; claim.rival >= 0 && k <= reach_px; ++k) {
+      sees_another_[i] = sees_another_[i] ||
+                         (claim.is_beyond(k) && evidence_[i][static_cast<std::size_t>(k + reach_px)] > 1);
+    }
+  }
+}
+
+// All but the line's own side is background to it.
+void LineSearch::leave_to_others(int count, int reach_px) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const RidgeClaims::Claim& claim = claims_.claims()[i];
+    if (claim.verdict != RidgeClaims::Verdict::kOthers) continue;
+    for (int k = -reach_px; k <= reach_px; ++k) {
+      if (!claim.is_beyond(k)) {
+        evidence_[i][static_cast<std::size_t>(k + reach_px)] = std::exp(-kEvidenceLimit);
+      }
+    }
+  }
+}
+
+// Who keeps a ridge that may be another's may be off by as far as it was drawn there; who had to go and found
+// nothing knows nothing.
+void LineSearch::doubt_claims(std::array<CorrespondenceLine, kMaxLines>& lines, int count,
+                              int reach_px) const {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    CorrespondenceLine& line = lines[i];
+    const RidgeClaims::Claim& claim = claims_.claims()[i];
+    if (claim.verdict == RidgeClaims::Verdict::kUnsure) {
+      line.variance_px2 = std::max(line.variance_px2, line.offset_px * line.offset_px);
+    } else if (claim.verdict == RidgeClaims::Verdict::kOthers && !claim.is_beyond(line.offset_px)) {
+      line.variance_px2 = std::max(line.variance_px2, anywhere_px2(reach_px));
+    }
+  }
+}
+
 void LineSearch::to_evidence(const ImageMeasurement& image, const AppearanceModel& model,
                              const std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                              int reach_px) {
@@ -215,7 +284,6 @@ void LineSearch::find_moments(std::array<CorrespondenceLine, kMaxLines>& lines, 
 // than the tube know nothing of where the tube is, nor does one among such lines.
 void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines,
                              int count, int reach_px) {
-  const double anywhere_px2 = reach_px * reach_px / 3.0;
   std::array<Sides, kMaxLines> sides;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -244,7 +312,7 @@ void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<Correspon
     if (on_edge_[static_cast<std::size_t>(i)] || beside >= kFewestEdgesBeside) {
       CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
       line.agrees = false;
-      line.variance_px2 = std::max(line.variance_px2, anywhere_px2);
+      line.variance_px2 = std::max(line.variance_px2, anywhere_px2(reach_px));
     }
   }
 }
@@ -261,13 +329,13 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
   const float height = ridge_height(lines, count, states);
   outcome.ridge_height = height;
   to_evidence(lines, count, states, height);
-  run_chain(count, states, transition_px);
-  find_moments(lines, count, reach_px);
+  find(lines, count, reach_px, transition_px);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     CorrespondenceLine& line = lines[i];
     const Eigen::Vector2d found = line.base_px + line.offset_px * line.normal;
     line.agrees = line.in_view && height > 0 && sample_vesselness(image, found) > kAgreement * height;
   }
+  doubt_claims(lines, count, reach_px);
   doubt_edges(image, lines, count, reach_px);
   count_agreeing(lines, on_edge_, count, outcome);
   return outcome;
@@ -280,9 +348,10 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image, const Appe
     return {};
   }
   to_evidence(image, model, lines, count, reach_px);
-  run_chain(count, 2 * reach_px + 1, transition_px);
-  find_moments(lines, count, reach_px);
-  return judge(image, model, lines, count, reach_px);
+  find(lines, count, reach_px, transition_px);
+  const Outcome outcome = judge(image, model, lines, count, reach_px);
+  doubt_claims(lines, count, reach_px);
+  return outcome;
 }
 
 LineSearch::Outcome LineSearch::judge(const ImageMeasurement& image, const AppearanceModel& model,

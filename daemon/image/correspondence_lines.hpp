@@ -1,35 +1,29 @@
 // Where the tube is in the image, measured on lines normal to its projected centreline.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 
 #include "daemon/image/appearance_model.hpp"
+#include "daemon/image/correspondence_line.hpp"
 #include "daemon/image/image_measurement.hpp"
+#include "daemon/image/ridge_claims.hpp"
 
 namespace tubed {
-
-/// One line: before the search its base and direction, after it what was found.
-struct CorrespondenceLine {
-  Eigen::Vector2d base_px = Eigen::Vector2d::Zero();  ///< projected centreline point
-  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  ///< unit, normal to the projected centreline
-  double half_width_px = 0;                           ///< of the tube's projection; 0 where nobody asks
-  bool in_view = false;                               ///< set by the caller; the others are passed over
-  double offset_px = 0;                               ///< found: mean of the posterior along the normal
-  double variance_px2 = 0;                            ///< found: its variance
-  bool agrees = false;                                ///< the image shows a ridge there, and no edge
-};
 
 /// Finds the offsets of neighbouring lines together: a chain whose states are offsets along each line, whose
 /// transitions prefer a smooth tube and whose evidence is the vesselness, or how tube-like the pixels are.
 /// Mean and variance of each line's posterior come from the forward-backward recursion, so a faint stretch is
-/// carried by its neighbours and says so by a larger variance. Called by the optimizer thread; memory is the
+/// carried by its neighbours and says so by a larger variance. Where two stretches of the tube have found one
+/// ridge, one of them looks again without it. Called by the optimizer thread; memory is the
 /// object itself, search() never allocates.
 class LineSearch {
  public:
-  static constexpr int kMaxLines = 256;
+  static constexpr int kMaxLines = kMostCorrespondenceLines;
   static constexpr int kMaxReach = 24;  ///< px to either side
+
+  /// `tells_shafts_apart`: where two stretches have found one ridge, RidgeClaims says whose it is.
+  explicit LineSearch(bool tells_shafts_apart = true) : tells_shafts_apart_(tells_shafts_apart) {}
 
   /// What a search found over all lines.
   struct Outcome {
@@ -69,13 +63,21 @@ class LineSearch {
   void doubt_edges(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                    int reach_px);
   void run_chain(int count, int states, double transition_px);
+  void find(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px, double transition_px);
+  void look_beside(int count, int reach_px);
+  void leave_to_others(int count, int reach_px);
+  void doubt_claims(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px) const;
 
+  bool tells_shafts_apart_;
   std::array<Row, kMaxLines> vesselness_;
   std::array<Row, kMaxLines> evidence_;  ///< P(y | tube here) / P(y | background)
   std::array<Row, kMaxLines> forward_;
   std::array<Row, kMaxLines> backward_;
   std::array<float, kMaxLines> peaks_;
   std::array<bool, kMaxLines> on_edge_;
+  RidgeClaims claims_;
+  RidgeClaims::PerLine on_ridge_{};
+  RidgeClaims::PerLine sees_another_{};
 };
 
 }  // namespace tubed

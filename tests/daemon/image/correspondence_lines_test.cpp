@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -101,6 +102,155 @@ TEST(LineSearch, LinesOutOfViewTakeNoPart) {
   const auto outcome = search.run(vesselness_with_ridge([](int) { return 102.0; }, 0.1));
   EXPECT_EQ(outcome.in_view, 20);
   EXPECT_GT(search.lines[50].variance_px2, search.lines[5].variance_px2);
+}
+
+/// An arch seen from its side: lines 0 to 39 along one shaft at y = 100, 55 to 94 back along another that is
+/// expected at y = 100 + `apart_px`.
+struct Arch : Search {
+  static constexpr int kCount = 95;
+  static constexpr int kBack = 55;
+
+  explicit Arch(double apart_px) {
+    for (int i = 0; i < kCount; ++i) {
+      CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+      line.in_view = i < 40 || i >= kBack;
+      line.base_px = {10.0 + 3 * (i < 40 ? i : kCount - 1 - i), i < 40 ? 100.0 : 100 + apart_px};
+      line.normal = {0, i < 40 ? 1.0 : -1.0};
+      line.half_width_px = 2;
+    }
+  }
+  LineSearch::Outcome run(const ImageMeasurement& image) {
+    return search->search(image, lines, kCount, 14, 0.7);
+  }
+  /// What line `i` found, as the image's y.
+  [[nodiscard]] double found_y(int i) const {
+    const CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+    return line.base_px.y() + line.offset_px * line.normal.y();
+  }
+  [[nodiscard]] double variance_px2(int i) const { return lines[static_cast<std::size_t>(i)].variance_px2; }
+};
+
+ImageMeasurement two_ridges(double y, double faint_y, float share) {
+  ImageMeasurement image = vesselness_with_ridge([y](int) { return y; }, 0.1);
+  const ImageMeasurement faint = vesselness_with_ridge([faint_y](int) { return faint_y; }, 0.1);
+  for (std::size_t i = 0; i < image.vesselness.size(); ++i) {
+    image.vesselness[i] = std::max(image.vesselness[i], share * faint.vesselness[i]);
+  }
+  return image;
+}
+
+TEST(LineSearch, AFaintShaftIsNotLostToTheDarkerOneBesideIt) {
+  Arch arch(8);
+  arch.run(two_ridges(100.5, 111, 0.55F));
+  for (int i = 3; i < 37; ++i) {
+    EXPECT_NEAR(arch.found_y(i), 100.5, 0.5) << i;
+    EXPECT_NEAR(arch.found_y(Arch::kBack + i), 111, 0.5) << i;
+    EXPECT_TRUE(arch.lines[static_cast<std::size_t>(Arch::kBack + i)].agrees) << i;
+  }
+}
+
+// Nearer to the wrong one's base is no reason: shafts do not change places.
+TEST(LineSearch, ShaftsThatMovedTogetherByMoreThanTheirDistanceKeepTheirPlaces) {
+  for (const double share : {1.0, 0.7}) {
+    for (const double moved_px : {-6.0, -4.0, -3.0, 3.0, 4.0, 6.0}) {
+      Arch arch(6);
+      arch.run(two_ridges(100 + moved_px, 106 + moved_px, static_cast<float>(share)));
+      for (int i = 4; i < 36; ++i) {
+        EXPECT_NEAR(arch.found_y(i), 100 + moved_px, 1) << i << " moved " << moved_px;
+        EXPECT_NEAR(arch.found_y(Arch::kBack + i), 106 + moved_px, 1) << i << " moved " << moved_px;
+      }
+    }
+  }
+}
+
+// Nothing tells that from shafts that lie on one another: the image is no worse for it.
+TEST(LineSearch, AShaftWithoutARidgeOfItsOwnIsNotSureOfTheOther) {
+  Arch arch(6);
+  const auto outcome = arch.run(vesselness_with_ridge([](int) { return 100.5; }, 0.1));
+  EXPECT_GT(outcome.inlier_ratio, 0.95);
+  for (int i = 3; i < 37; ++i) {
+    EXPECT_NEAR(arch.found_y(i), 100.5, 0.5) << i;
+    EXPECT_LT(arch.variance_px2(i), 2) << i;
+    EXPECT_NEAR(arch.found_y(Arch::kBack + i), 100.5, 0.5) << i;
+    EXPECT_GT(arch.variance_px2(Arch::kBack + i), 20) << i;
+  }
+}
+
+TEST(LineSearch, WhereBothSeeAnotherRidgeTheOneThatIsExpectedThereStays) {
+  Arch arch(7);
+  ImageMeasurement image = two_ridges(101, 111, 0.6F);
+  const ImageMeasurement below = two_ridges(101, 91, 0.6F);
+  for (std::size_t i = 0; i < image.vesselness.size(); ++i) {
+    image.vesselness[i] = std::max(image.vesselness[i], below.vesselness[i]);
+  }
+  arch.run(image);
+  for (int i = 4; i < 36; ++i) {
+    EXPECT_NEAR(arch.found_y(i), 101, 0.5) << i;
+    EXPECT_LT(arch.variance_px2(i), 2) << i;
+    EXPECT_NEAR(arch.found_y(Arch::kBack + i), 111, 0.5) << i;
+  }
+}
+
+TEST(LineSearch, ShaftsThatWereExpectedOnOneAnotherShareTheirRidge) {
+  Arch arch(1);
+  arch.run(two_ridges(104, 112, 0.55F));
+  for (int i = 3; i < 37; ++i) {
+    for (const int line : {i, Arch::kBack + i}) {
+      EXPECT_NEAR(arch.found_y(line), 104, 0.5) << line;
+      EXPECT_LT(arch.variance_px2(line), 2) << line;
+    }
+  }
+}
+
+// A shaft that runs toward the source has its lines close together.
+TEST(LineSearch, AForeshortenedShaftIsNotLostEither) {
+  Arch arch(8);
+  for (int i = Arch::kBack; i < Arch::kCount; ++i) {
+    arch.lines[static_cast<std::size_t>(i)].base_px.x() = 30 + 0.6 * (Arch::kCount - 1 - i);
+  }
+  arch.run(two_ridges(100.5, 111, 0.55F));
+  for (int i = Arch::kBack + 4; i < Arch::kCount - 4; ++i) {
+    EXPECT_NEAR(arch.found_y(i), 111, 0.7) << i;
+  }
+}
+
+TEST(LineSearch, StandsVesselnessThatIsNoNumber) {
+  Arch arch(8);
+  ImageMeasurement image = two_ridges(100.5, 111, 0.55F);
+  for (std::size_t i = 0; i < image.vesselness.size(); i += 7) {
+    image.vesselness[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+  const auto outcome = arch.run(image);
+  EXPECT_EQ(outcome.in_view, 80);
+  EXPECT_LT(outcome.inlier_ratio, 0.5);
+}
+
+TEST(RidgeClaims, StandsWhateverItIsGiven) {
+  const auto claims = std::make_unique<RidgeClaims>();
+  RidgeClaims::PerLine yes;
+  yes.fill(true);
+  std::array<CorrespondenceLine, kMostCorrespondenceLines> lines{};
+  EXPECT_FALSE(claims->find({}, yes));
+  EXPECT_FALSE(claims->find(lines, yes));  // none in view
+  lines[0].in_view = true;
+  EXPECT_FALSE(claims->find(lines, yes));
+  for (const double odd : {0.0, 1e13, 1e200, std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      lines[i].in_view = i % 7 != 3;
+      lines[i].base_px = {i % 5 == 0 ? odd : static_cast<double>(i), i % 11 == 0  ? -odd
+                                                                     : i % 2 == 0 ? 0.0
+                                                                                  : 5.0};
+      lines[i].normal = {0, 1};
+      lines[i].offset_px = i % 13 == 0 ? odd : 0.0;
+    }
+    claims->find(lines, yes);
+    claims->settle(lines, yes);
+    for (const RidgeClaims::Claim& claim : claims->claims()) {
+      ASSERT_GE(claim.rival, -1);
+      ASSERT_LT(claim.rival, kMostCorrespondenceLines);
+    }
+  }
 }
 
 }  // namespace
