@@ -1,6 +1,7 @@
 // What the recursive estimator does not believe: a coil, an image, itself.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "daemon/estimator/recursive_estimator.hpp"
@@ -45,6 +46,8 @@ constexpr double kFarBetterAlone = 0.33;
 constexpr double kSeenWell = 0.85;  // share of lines that agree: nobody else is asked
 constexpr double kSeenBetter = 0.03;
 constexpr double kElsewhere_px = 5;
+constexpr double kElsewhereEach_mm = 2;
+constexpr int kFewestElsewhere = 3;  // of such places
 
 }  // namespace
 
@@ -106,6 +109,7 @@ bool RecursiveEstimator::better_alone(const Observation& observation, const Coil
                                       double distance, const TubeEstimate& estimate) {
   CoilObservations alone = coils;
   TubeEstimate& second = *second_opinion_;
+  second_look_.forget_lines();  // of older instants
   return start_.solve_em(alone, second) &&
          start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
          second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio &&
@@ -113,25 +117,57 @@ bool RecursiveEstimator::better_alone(const Observation& observation, const Coil
 }
 
 // An image may have caught a stretch of the shape beside the tube, further off than the lines reach: where a
-// shape of this instant alone is elsewhere in the image, more of its lines agree.
+// shape of this instant alone is elsewhere in the image, more of its lines agree. Each view by itself: what
+// one shows well says nothing about the other.
 bool RecursiveEstimator::is_caught(const Observation& observation, const CoilObservations& coils,
                                    double distance, const TubeEstimate& estimate) {
-  if (estimate.image_inlier_ratio > static_cast<float>(kSeenWell) ||
-      !better_alone(observation, coils, distance, estimate) ||
-      second_opinion_->image_inlier_ratio < estimate.image_inlier_ratio + static_cast<float>(kSeenBetter)) {
-    return false;
-  }
-  for (const ViewConstraints& view : views_.constraints(observation, 1, true)) {
-    for (const LineConstraint& line : std::span(view.lines, static_cast<std::size_t>(view.count))) {
-      const CubicBasis basis = map_.spline().basis(line.s_mm);
-      const auto here = view.camera->project(combine(state_.C, basis.first, basis.value));
-      const auto there = view.camera->project(combine(start_.C(), basis.first, basis.value));
-      if (here && there && std::abs(line.normal.dot(there->p_image_px - here->p_image_px)) > kElsewhere_px) {
-        return true;
-      }
+  return !is_seen_well(observation.instant) && better_alone(observation, coils, distance, estimate) &&
+         is_seen_elsewhere_alone(observation);
+}
+
+bool RecursiveEstimator::is_seen_well(MonotonicTime instant) const {
+  for (std::size_t view = 0; view < views_.count(); ++view) {
+    if (views_.agreeing(view, instant).value_or(1) <= kSeenWell) {
+      return false;
     }
   }
-  return false;
+  return true;
+}
+
+// In a view that does not show the shape well, by the shape that better_alone() has found; and that one is
+// much worse in no view.
+bool RecursiveEstimator::is_seen_elsewhere_alone(const Observation& observation) const {
+  bool caught = false;
+  for (std::size_t view = 0; view < views_.count(); ++view) {
+    const std::optional<double> here = views_.agreeing(view, observation.instant);
+    const double there = second_look_.agreeing(view, observation.instant).value_or(0);
+    if (here && there < kSeenAsWell * *here) {
+      return false;
+    }
+    caught = caught || (here && *here <= kSeenWell && there >= *here + kSeenBetter &&
+                        is_elsewhere_alone(views_.camera(view)));
+  }
+  return caught;
+}
+
+bool RecursiveEstimator::is_elsewhere_alone(const Camera& camera) const {
+  const UniformCubicBSpline& spline = map_.spline();
+  int elsewhere = 0;
+  for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kElsewhereEach_mm) {
+    const CubicBasis basis = spline.basis(s_mm);
+    const Eigen::Vector3d p_world_mm = combine(state_.C, basis.first, basis.value);
+    const Eigen::Vector3d tangent_world = combine(state_.C, basis.first, basis.first_derivative);
+    const auto here = camera.project(p_world_mm);
+    const auto ahead = camera.project(p_world_mm + tangent_world);
+    const auto there = camera.project(combine(start_.C(), basis.first, basis.value));
+    if (!here || !there || !ahead || !camera.contains(here->p_image_px)) {
+      continue;
+    }
+    const Eigen::Vector2d along = (ahead->p_image_px - here->p_image_px).normalized();
+    const Eigen::Vector2d way_px = there->p_image_px - here->p_image_px;
+    elsewhere += std::abs(along.x() * way_px.y() - along.y() * way_px.x()) > kElsewhere_px ? 1 : 0;
+  }
+  return elsewhere >= kFewestElsewhere;
 }
 
 // Two images of one EM measurement are not two witnesses: the error of the coils is the same.

@@ -137,15 +137,9 @@ void RecursiveEstimator::remember() {
   next_past_ = (next_past_ + 1) % kPastStates;
 }
 
-// What the coils have shown of their noise so far decides how much of their error stays.
 bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
                                     const EmFrame& frame, TubeEstimate& estimate) {
-  state_.images_without_tube = 0;
-  state_.doubted_times = 0;
-  state_.contradicted = false;
-  state_.disowned = false;
-  state_.freedom = 1;
-  state_.last_freedom = 1;
+  forget_doubts();
   state_.begun = false;
   if (!start_.solve_em(coils, estimate)) {
     return false;
@@ -154,6 +148,35 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   if (registered_) {
     images_ = start_.fuse_images(observation, coils, views_, estimate);
   }
+  suppose_coil_errors();
+  const auto lines = views_.constraints(observation, 1, false);
+  if (!begin_with(coils, lines, estimate)) {
+    return false;
+  }
+  state_.time = observation.is_image_instant ? observation.instant : frame.measured;
+  state_.newest_em = frame.measured;
+  state_.begun = true;
+  state_.began = frame.measured;
+  state_.asked = frame.measured;
+  leave_out_as_found(coils);
+  place_coils();
+  covariance_ = map_.invert_at(coils, lines, &prior_, state_.C) ? &map_ : nullptr;
+  shape_ = state_.C;
+  remember();
+  return true;
+}
+
+void RecursiveEstimator::forget_doubts() {
+  state_.images_without_tube = 0;
+  state_.doubted_times = 0;
+  state_.contradicted = false;
+  state_.disowned = false;
+  state_.freedom = 1;
+  state_.last_freedom = 1;
+}
+
+// What the coils have shown of their noise so far decides how much of their error stays.
+void RecursiveEstimator::suppose_coil_errors() {
   const CoilNoise& noise = state_.noise;
   if (!state_.began_with_known_noise) {
     state_.usual = UsualSurprise{};  // while all was taken for noise nothing surprised
@@ -163,9 +186,6 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.lasting_tangent = noise.lasting_tangent(state_.error_scale.tangent());
   state_.least_lasting_position_mm = state_.lasting_position_mm;
   state_.least_lasting_tangent = state_.lasting_tangent;
-  Eigen::Matrix3Xd& C = state_.C;
-  C.setZero();
-  C.leftCols(start_.C().cols()) = start_.C();
   prior_.mean.setZero();
   prior_.information.setZero();
   const auto know = [this](int column, double sigma) {
@@ -176,11 +196,19 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
     know(map_.tangent_error_column(coil), state_.lasting_tangent);
   }
   for (int column = map_.first_further_column(); column < map_.column_count(); ++column) {
-    know(column, 1);  // of the motion, which sets them below
+    know(column, 1);  // of the motion, which begin_with() sets
   }
+}
+
+// Mean and covariance of what was measured, from the shape that start_ has found.
+bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<const ViewConstraints> lines,
+                                    TubeEstimate& estimate) {
+  const CoilNoise& noise = state_.noise;
+  Eigen::Matrix3Xd& C = state_.C;
+  C.setZero();
+  C.leftCols(start_.C().cols()) = start_.C();
   map_.set_stiffness(kStrainSlack, 1);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
-  const auto lines = views_.constraints(observation, 1, false);
   estimate.iterations +=
       static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C, converged_));
   map_.set_stiffness(kNoStrain, 1);
@@ -192,16 +220,6 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.P = map_.coefficient_covariance();
   motion_.begin(C, state_.P);
   state_.m = C;
-  state_.time = observation.is_image_instant ? observation.instant : frame.measured;
-  state_.newest_em = frame.measured;
-  state_.begun = true;
-  state_.began = frame.measured;
-  state_.asked = frame.measured;
-  leave_out_as_found(coils);
-  place_coils();
-  covariance_ = map_.invert_at(coils, lines, &prior_, C) ? &map_ : nullptr;
-  shape_ = C;
-  remember();
   return true;
 }
 

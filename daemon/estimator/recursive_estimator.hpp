@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 
 #include "daemon/estimator/coil_error_scale.hpp"
 #include "daemon/estimator/coil_noise.hpp"
@@ -80,6 +81,10 @@ class RecursiveEstimator final : public Estimator {
   void remember();
   bool initialise(const Observation& observation, CoilObservations& coils, const EmFrame& frame,
                   TubeEstimate& estimate);
+  void forget_doubts();
+  void suppose_coil_errors();
+  bool begin_with(const CoilObservations& coils, std::span<const ViewConstraints> lines,
+                  TubeEstimate& estimate);
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
   void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s);
@@ -92,6 +97,9 @@ class RecursiveEstimator final : public Estimator {
                     const TubeEstimate& estimate);
   bool is_caught(const Observation& observation, const CoilObservations& coils, double distance,
                  const TubeEstimate& estimate);
+  [[nodiscard]] bool is_seen_well(MonotonicTime instant) const;
+  [[nodiscard]] bool is_seen_elsewhere_alone(const Observation& observation) const;
+  [[nodiscard]] bool is_elsewhere_alone(const Camera& camera) const;
   void doubt(int witnesses);
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);

@@ -17,6 +17,7 @@ constexpr int kEndInside = 12;               // lines of the tip that must be in
 constexpr int kEndDirection = 3;             // lines over which the tip's direction is taken
 constexpr int kEndOutside_px = 20;           // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;         // of the end beside its own variance
+constexpr double kOneInstant_s = 0.002;      // within which exposures of several views are one
 constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line loses its worth
 
 }  // namespace
@@ -69,7 +70,8 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.exposure = image.exposure;
   view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
   view.inlier_ratio = 0;
-  if (in_view < kFewestLines) {
+  view.lines_asked = in_view < kFewestLines ? 0 : in_view;
+  if (view.lines_asked == 0) {
     return;
   }
   const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, reach_px);
@@ -137,7 +139,7 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
     const double age_s = std::abs(seconds_between(view.exposure, observation.instant));
     if (view.count == 0 || to_ns(view.exposure) == 0 ||
         age_s > std::chrono::duration<double>(observation.image_patience).count() ||
-        (only_of_instant && age_s > 0.002)) {
+        (only_of_instant && age_s > kOneInstant_s)) {
       continue;
     }
     const double pixels_per_mm = view.camera.calibration().fx / 1000.0;
@@ -150,6 +152,12 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
     gathered_[gathered++] = {&view.camera, view.aged.data(), view.count};
   }
   return {gathered_.data(), gathered};
+}
+
+std::optional<double> TubeViews::agreeing(std::size_t view, MonotonicTime instant) const {
+  const View& of = views_[view];
+  const bool is_of_instant = std::abs(seconds_between(of.exposure, instant)) <= kOneInstant_s;
+  return of.lines_asked > 0 && is_of_instant ? std::optional(of.inlier_ratio) : std::nullopt;
 }
 
 MonotonicTime TubeViews::newest_exposure() const {
@@ -176,11 +184,18 @@ void TubeViews::forget_instant(MonotonicTime instant) {
   }
 }
 
+void TubeViews::forget_lines() {
+  for (View& view : views_) {
+    view.count = 0;
+    view.lines_asked = 0;
+    view.exposure = MonotonicTime{};
+  }
+}
+
 void TubeViews::forget() {
+  forget_lines();
   for (View& view : views_) {
     view.likelihood->forget();
-    view.count = 0;
-    view.exposure = MonotonicTime{};
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
@@ -32,6 +33,13 @@ class TubeViews {
   std::span<const ViewConstraints> constraints(const Observation& observation, double variance_factor,
                                                bool only_of_instant);
 
+  [[nodiscard]] std::size_t count() const { return views_.size(); }
+  [[nodiscard]] const Camera& camera(std::size_t view) const { return views_[view].camera; }
+
+  /// Share of the lines in this view's image of that instant that agree, 0 .. 1, few as they may be; nothing
+  /// without an image or with too few lines in view to say.
+  [[nodiscard]] std::optional<double> agreeing(std::size_t view, MonotonicTime instant) const;
+
   /// How far beyond the lines' reach an image is read around the tip.
   static constexpr double kBeyondTip_px = 22;
 
@@ -45,6 +53,9 @@ class TubeViews {
   /// Drops the lines of the images of this instant: they showed something else.
   void forget_instant(MonotonicTime instant);
 
+  /// Drops all lines, but keeps what the images taught.
+  void forget_lines();
+
   void forget();
 
  private:
@@ -56,6 +67,7 @@ class TubeViews {
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
+    int lines_asked = 0;       ///< of the newest image; 0: too few in view
     MonotonicTime exposure{};  ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;

@@ -94,10 +94,11 @@ struct Stretch {
 /// The vesselness that a perfect filter would give: a ridge of 2 px along the projected arc, but for
 /// `hidden`.
 inline ImageMeasurement image_of_arc(const RoomDescription& room, MonotonicTime exposure,
-                                     const Stretch& hidden = {}) {
-  const Camera camera(room.cameras.front());
+                                     const Stretch& hidden = {}, std::size_t view = 0) {
+  const Camera camera(room.cameras[view]);
   ImageMeasurement image;
-  image.reserve(room.cameras.front().width, room.cameras.front().height);
+  image.camera = static_cast<int>(view);
+  image.reserve(room.cameras[view].width, room.cameras[view].height);
   image.state = ImageState::kMeasured;
   image.exposure = exposure;
   image.origin = Origin::kSimulated;

@@ -1,0 +1,217 @@
+// What the recursive estimator does not believe.
+#include <gtest/gtest.h>
+
+#include "tests/daemon/estimator/filter_bench.hpp"
+
+namespace tubed {
+namespace {
+
+using std::chrono::milliseconds;
+
+TEST(RecursiveDoubts, ACoilThatJumpsIsLeftOutAndFlaggedAtOnce) {
+  FilterBench bench;
+  bench.measure_times(40);
+  const double before = bench.rms_mm();
+  bench.measure(0, 2);
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kCoilOutlier));
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
+}
+
+// A beginning knows little, so that nearly everything agrees with it, and noise may hide the coil at first.
+TEST(RecursiveDoubts, ACoilThatIsWrongFromTheBeginningIsLeftOutInAMomentForGood) {
+  for (const int liar : {1, 2, 3}) {
+    FilterBench bench;
+    double sum = 0;
+    for (int i = 0; i < 120; ++i) {
+      bench.measure(0, liar);
+      sum += i >= 40 ? bench.rms_mm() / 80 : 0;
+      if (i >= 20) {
+        EXPECT_EQ(bench.estimate->coils[static_cast<std::size_t>(liar)].state, CoilState::kOutlier)
+            << "coil " << liar << ", measurement " << i;
+      }
+    }
+    EXPECT_LT(sum, 2) << "coil " << liar;
+  }
+}
+
+// Longer than any contradiction is borne: the coils of a measurement alone say that the coil is wrong.
+TEST(RecursiveDoubts, ACoilThatGoesWrongForGoodStaysOut) {
+  for (const bool with_images : {true, false}) {
+    FilterBench bench;
+    bench.with_images = with_images;
+    bench.measure_times(60);
+    for (int i = 0; i < 280; ++i) {  // 7 s
+      bench.measure(0, 2);
+      ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier)
+          << "measurement " << i << (with_images ? ", images" : "");
+      ASSERT_LT(bench.rms_mm(), 3) << "measurement " << i << (with_images ? ", images" : "");
+    }
+  }
+}
+
+TEST(RecursiveDoubts, ACoilThatIsRightAgainIsTakenInAgain) {
+  FilterBench bench;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  int used = 0;
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+    used += bench.estimate->coils[2].state == CoilState::kUsed ? 1 : 0;
+  }
+  EXPECT_GE(used, 30);
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+}
+
+// A shape asked for without a new measurement, between images or for one: what is wrong is not used there
+// either.
+TEST(RecursiveDoubts, AWrongCoilStaysOutWhoeverAsksAgain) {
+  FilterBench bench;
+  bench.measure_times(60);
+  for (int i = 0; i < 40; ++i) {
+    bench.measure(0, 2);
+    for (const bool is_image : {false, true}) {
+      bench.now += milliseconds(5);
+      bench.estimate_now(is_image);
+      ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier) << "measurement " << i;
+      ASSERT_FALSE(bench.estimate->reasons.has(Reason::kImageLostTube)) << "measurement " << i;
+    }
+  }
+  EXPECT_LT(bench.rms_mm(), 2);
+}
+
+// A beginning forgives nobody whom it cannot ask. Wrong by so little, it would not be told again at once.
+TEST(RecursiveDoubts, AWrongCoilThatMissesABeginningIsStillWrong) {
+  FilterBench bench;
+  bench.outlier_mm = 25;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  bench.now += milliseconds(1500);  // so long a gap that it begins again
+  bench.missing = 2;
+  bench.measure(0, 2);
+  bench.missing = -1;
+  for (int i = 0; i < 20; ++i) {
+    bench.measure(0, 2);
+    EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier) << "measurement " << i;
+  }
+}
+
+// What is missing for a moment is no better for that.
+TEST(RecursiveDoubts, AWrongCoilThatDropsOutIsStillWrongWhenItReturns) {
+  FilterBench bench;
+  for (int i = 0; i < 80; ++i) {
+    bench.measure(0, 2);
+  }
+  for (int i = 0; i < 40; ++i) {
+    bench.missing = i % 2 == 0 ? 2 : -1;
+    bench.measure(0, 2);
+    EXPECT_NE(bench.estimate->coils[2].state, CoilState::kUsed) << "measurement " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), 3);
+}
+
+// All coils 20 mm away at once: the tube has snapped, and the coils are right.
+TEST(RecursiveDoubts, ASnapIsFollowedAtOnce) {
+  FilterBench bench;
+  bench.with_images = false;
+  bench.measure_times(40);
+  bench.measure(20);
+  EXPECT_LT(bench.rms_mm(20), 5);
+}
+
+// Along the rays: the image shows nothing of it, and no coil is so far off that the gate would leave it out.
+TEST(RecursiveDoubts, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
+  FilterBench bench;
+  bench.measure_times(43);
+  bench.measure(11);
+  ASSERT_EQ(bench.newest_image, bench.now);
+  EXPECT_LT(bench.rms_mm(11), 4);
+}
+
+// Too little for a snap: coils are off by less than their error. All of them together say it at once.
+TEST(RecursiveDoubts, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
+  FilterBench bench;
+  bench.with_images = false;
+  bench.measure_times(80);
+  ASSERT_LT(bench.rms_mm(), 1.5);
+  for (int i = 0; i < 3; ++i) {
+    bench.measure(5);
+    EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+  }
+  EXPECT_LT(bench.rms_mm(5), 2.5);
+}
+
+TEST(RecursiveDoubts, WithAJerkSigmaGrows) {
+  FilterBench bench;
+  bench.with_images = false;
+  bench.measure_times(80);
+  const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
+  const float before_mm2 = variance_mm2();
+  bench.measure();
+  EXPECT_NEAR(variance_mm2(), before_mm2, 0.1F * before_mm2);
+  bench.measure(5);
+  EXPECT_GT(variance_mm2(), 1.3F * before_mm2);
+}
+
+TEST(RecursiveDoubts, OneCoilThatIsOffOnceIsNoSnap) {
+  FilterBench bench;
+  const double before = bench.measure_with_one_coil_off();
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
+  bench.measure();
+  EXPECT_LT(bench.rms_mm(), before + 0.5);
+}
+
+// Images come faster than measurements: the second one says nothing new about the coil.
+TEST(RecursiveDoubts, OneCoilThatIsOffOnceIsNoSnapHoweverManyImagesFollow) {
+  FilterBench bench;
+  const double before = bench.measure_with_one_coil_off();
+  for (int image = 0; image < 4; ++image) {
+    bench.show_image(milliseconds(5));
+    EXPECT_LT(bench.rms_mm(), before + 0.5) << "image " << image;
+  }
+}
+
+// Something that looks like the tube creeps away, slowly enough for every single image to be believed.
+TEST(RecursiveDoubts, ImagesThatCreepAwayFromTheCoilsAreNotFollowedForEver) {
+  FilterBench bench;
+  bench.measure_times(40);
+  for (int i = 0; i < 400; ++i) {
+    bench.image_off_mm += 0.05;  // 20 mm in all, coils err by 4 mm
+    bench.measure();
+    ASSERT_TRUE(bench.estimate->validity != Validity::kValid || bench.rms_mm() < 9)
+        << "VALID and " << bench.rms_mm() << " mm off after " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), 4);
+}
+
+TEST(RecursiveDoubts, AStretchCaughtBesideTheTubeIsGivenUpOnceTheTubeIsSeen) {
+  FilterBench bench;
+  ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
+  bench.measure_times(4);
+  EXPECT_LT(bench.beside_mm(), 2);
+}
+
+/// A second view, which shows the rest of the arc only.
+RoomDescription room_with_two_views() {
+  RoomDescription room = one_view_room();
+  room.cameras.push_back(room.cameras.front());
+  room.cameras.back().name = "B";
+  room.cameras.back().cy = -80;
+  return room;
+}
+
+// What one view shows well says nothing about what the other has caught.
+TEST(RecursiveDoubts, AStretchCaughtInOneViewIsGivenUpThoughAnotherShowsItsOwnWell) {
+  FilterBench bench(room_with_two_views());
+  ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
+  ASSERT_GT(bench.estimate->image_inlier_ratio, 0.9F);
+  bench.measure_times(4);
+  EXPECT_LT(bench.beside_mm(), 2);
+}
+
+}  // namespace
+}  // namespace tubed
