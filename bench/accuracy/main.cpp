@@ -30,6 +30,7 @@ struct Arguments {
   ShapeErrorSettings judged;
   std::string match = "nearest";
   bool sensitivity = false;
+  std::string study;  ///< the one that is wanted; empty: all
   bool in_view_tables = false;
 };
 
@@ -134,8 +135,9 @@ int run(Arguments arguments, const std::string& command) {
     const nlohmann::json compared = comparisons_of(result);
     comparisons.insert(comparisons.end(), compared.begin(), compared.end());
     if (arguments.sensitivity) {
-      const auto panels = study_sensitivity(sequence, methods, arguments.judged, out / "sensitivity.csv",
-                                            [](const std::string& words) { show_progress(words, true); });
+      const auto panels =
+          study_sensitivity(sequence, methods, arguments.judged, arguments.study, out / "sensitivity.csv",
+                            [](const std::string& words) { show_progress(words, true); });
       write_file(out / "sensitivity.svg",
                  sensitivity_plots(name + ": points in view, coils measured again from the truth", panels));
       const nlohmann::json varied = rows_of(name, panels);
@@ -173,6 +175,7 @@ int main(int argc, char** argv) {
                "Table 1 over the points inside the image instead of all");
   app.add_flag("--sensitivity", arguments.sensitivity,
                "vary coils, noise, registration, rate, views, coefficients");
+  app.add_option("--study", arguments.study, "of --sensitivity: those whose title contains this text only");
   app.add_option("--out", arguments.out, "folder for estimates, plots and JSON")->capture_default_str();
   app.add_flag_callback("--list-settings", [] {
     std::cout << settings_help();

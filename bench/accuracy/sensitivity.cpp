@@ -195,6 +195,16 @@ std::vector<Study> studies_of(const Sequence& sequence) {
   return studies;
 }
 
+std::vector<Study> studies_named(const Sequence& sequence, const std::string& wanted) {
+  std::vector<Study> studies = studies_of(sequence);
+  std::string titles;
+  for (const Study& study : studies) titles += "\n  " + study.varied;
+  std::erase_if(studies, [&](const Study& study) { return study.varied.find(wanted) == std::string::npos; });
+  if (studies.empty())
+    throw std::invalid_argument("no study with \"" + wanted + "\" in its title; there are:" + titles);
+  return studies;
+}
+
 }  // namespace
 
 Sequence measured_again(const Sequence& sequence, const CoilStudy& study) {
@@ -247,11 +257,11 @@ Sequence with_second_view_every(Sequence sequence, std::size_t step) {
 }
 
 std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const std::vector<Method>& methods,
-                                                const ShapeErrorSettings& judged,
+                                                const ShapeErrorSettings& judged, const std::string& wanted,
                                                 const std::filesystem::path& scratch,
                                                 const OnStudy& on_study) {
   std::vector<SensitivityPanel> panels;
-  for (const Study& study : studies_of(sequence)) {
+  for (const Study& study : studies_named(sequence, wanted)) {
     SensitivityPanel& panel = panels.emplace_back(SensitivityPanel{study.varied, {}});
     for (const Method& method : methods) {
       if (method.images_withheld) continue;

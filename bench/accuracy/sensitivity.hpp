@@ -36,9 +36,10 @@ Sequence with_second_view_every(Sequence sequence, std::size_t step);
 /// Told what is being run.
 using OnStudy = std::function<void(const std::string& words)>;
 
-/// All studies that the sequence allows, median RMS over points in view for each method with images.
+/// The studies that the sequence allows and whose titles contain `wanted`, median RMS over points in view for
+/// each method with images. Throws std::invalid_argument, naming them, when there is none.
 std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const std::vector<Method>& methods,
-                                                const ShapeErrorSettings& judged,
+                                                const ShapeErrorSettings& judged, const std::string& wanted,
                                                 const std::filesystem::path& scratch,
                                                 const OnStudy& on_study);
 
