@@ -1,15 +1,13 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
-#include <net/if.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 
 #include "drivers/aurora_can/can_port.hpp"
+#include "drivers/aurora_can/network_interface.hpp"
 
 namespace tubed {
 
@@ -27,33 +25,19 @@ int last_error() noexcept { return errno == 0 ? EIO : errno; }
 
 /// Index of the interface, or -errno: not there, no CAN, down, or without CAN FD (EMSGSIZE) when that is
 /// needed.
-int find_interface(int descriptor, const std::string& name, bool needs_fd) noexcept {
-  ifreq request{};
-  if (name.empty() || name.size() >= sizeof request.ifr_name) {
-    return -ENODEV;
+int find_can_interface(const std::string& name, bool needs_fd) noexcept {
+  NetworkInterface found;
+  if (const int error = find_network_interface(name, found); error != 0) {
+    return -error;
   }
-  const auto ask = [&](unsigned long what) {
-    request = {};
-    std::memcpy(request.ifr_name, name.data(), name.size());
-    return ::ioctl(descriptor, what, &request) == 0;
-  };
-  constexpr unsigned short kArpHardwareCan = 280;  // ARPHRD_CAN
-  if (!ask(SIOCGIFHWADDR)) {
-    return -last_error();
-  }
-  if (request.ifr_hwaddr.sa_family != kArpHardwareCan) {
+  constexpr int kArpHardwareCan = 280;  // ARPHRD_CAN
+  if (found.hardware != kArpHardwareCan) {
     return -ENOTSOCK;
   }
-  if (!ask(SIOCGIFFLAGS)) {
-    return -last_error();
-  }
-  if ((request.ifr_flags & IFF_UP) == 0) {
+  if (!found.is_up) {
     return -ENETDOWN;
   }
-  if (needs_fd && (!ask(SIOCGIFMTU) || request.ifr_mtu < static_cast<int>(CANFD_MTU))) {
-    return -EMSGSIZE;
-  }
-  return ask(SIOCGIFINDEX) ? request.ifr_ifindex : -last_error();
+  return needs_fd && found.mtu_bytes < static_cast<int>(CANFD_MTU) ? -EMSGSIZE : found.index;
 }
 
 }  // namespace
@@ -72,7 +56,7 @@ int CanInterface::connect() noexcept {
 }
 
 int CanInterface::configure(int descriptor) const noexcept {
-  const int index = find_interface(descriptor, name_, use_ == CanUse::kSendFd);
+  const int index = find_can_interface(name_, use_ == CanUse::kSendFd);
   if (index < 0) {
     return -index;
   }

@@ -9,6 +9,8 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "drivers/aurora_can/aurora_can_driver.hpp"
@@ -158,6 +160,29 @@ TEST_F(CanInterfaceInTheKernel, AnInterfaceThatIsTakenAwayIsGone) {
 TEST_F(CanInterfaceInTheKernel, WhatIsNoCanInterfaceIsRefused) {
   CanInterface loopback("lo", CanUse::kReceive);
   EXPECT_EQ(loopback.open(), ENOTSOCK);
+}
+
+/// Whether `asking` of an interface that is not there makes this kernel start its module loader.
+template <typename Asking>
+bool starts_module_loader(Asking asking) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path();
+  const std::filesystem::path mark = folder / "module_loader_was_here";
+  const std::filesystem::path loader = folder / "module_loader";
+  std::ofstream(loader) << "#!/bin/sh\ntouch " << mark.string() << '\n';
+  std::filesystem::permissions(loader, std::filesystem::perms::all);
+  std::ofstream("/proc/sys/kernel/modprobe") << loader.string();
+  asking();  // the kernel waits for its loader
+  std::ofstream("/proc/sys/kernel/modprobe") << "/sbin/modprobe";
+  return std::filesystem::remove(mark);
+}
+
+TEST(CanInterface, ThatIsNotThereIsNoReasonToLoadAModule) {
+  EXPECT_FALSE(starts_module_loader([] {
+    CanInterface absent("nosuchcan", CanUse::kReceive);
+    EXPECT_EQ(absent.open(), ENODEV);
+  }));
+  EXPECT_TRUE(starts_module_loader([] { EXPECT_EQ(::if_nametoindex("nosuchcan"), 0U); }))
+      << "this kernel starts no loader at all: nothing was tested";
 }
 
 /// An emulated tracker in virtual time, the gateway's packer, vcan0, the driver.
