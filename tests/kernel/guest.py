@@ -5,7 +5,6 @@ A User-mode Linux guest boots with this machine's root, read only, and Debian's 
 program of PROGRAMS) runs in it as root and its exit code is that of this script. The guest has no network but its own, its
 /tmp, /run and /dev/shm are its own, and it ends with this script. TUBED_GUEST_SECONDS: how long it may take.
 """
-import ctypes
 import os
 import pathlib
 import shutil
@@ -14,6 +13,9 @@ import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "system"))
+import calm
 
 SKIP = 77  # SKIP_RETURN_CODE of these tests
 HERE = pathlib.Path(__file__).resolve().parent
@@ -40,10 +42,6 @@ def find_kernel(programs, test):
     if test == "serial_break.py" and not (pathlib.Path(programs) / "cuse_aurora").exists():
         skip("the serial port in user space was not built: apt-get install libfuse3-dev, configure and build again")
     return kernel
-
-
-def die_with_parent():
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def members_of_session(session):
@@ -99,7 +97,7 @@ def boot(kernel, folder, programs, test):
                f"TUBED_OUT={folder}", f"TUBED_PROGRAMS={programs}", f"TUBED_TESTS={HERE.parent}", f"TUBED_TEST={','.join(test)}"]
     with open(folder / "console", "wb") as console:
         guest = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console, start_new_session=True,
-                                 preexec_fn=die_with_parent)
+                                 preexec_fn=calm.die_with_parent)
         undertaker, keeps_waiting = leave_nothing_behind(guest.pid)
         try:
             guest.wait(PATIENCE_S)
@@ -112,12 +110,8 @@ def boot(kernel, folder, programs, test):
             guest.wait()
 
 
-def main():
-    if len(sys.argv) < 3:
-        print(__doc__)
-        sys.exit(2)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the guest is ended as well
-    kernel = find_kernel(sys.argv[1], sys.argv[2])
+def attempt(kernel):
+    """One guest; the exit code of the test."""
     with tempfile.TemporaryDirectory(prefix="tubed-guest-") as name:
         folder = pathlib.Path(name)
         began = time.monotonic()
@@ -129,14 +123,23 @@ def main():
         code = folder / "exit_code"
         if code.exists():
             print(f"(guest: {time.monotonic() - began:.1f} s)", flush=True)
-            sys.exit(int(code.read_text()))
+            return int(code.read_text())
         if not in_time:
             print(f"FAILED: the guest was not done after {PATIENCE_S:.0f} s; its console:\n{console[-4000:]}")
-            sys.exit(1)
+            return 1
         if "as init process" not in console:
             skip(f"User-mode Linux does not boot here (ptrace forbidden?); its console:\n{console[-2000:]}")
         print(f"FAILED: the guest ended without a word; its console:\n{console[-4000:]}")
-        sys.exit(1)
+        return 1
+
+
+def main():
+    if len(sys.argv) < 3:
+        print(__doc__)
+        sys.exit(2)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the guest is ended as well
+    kernel = find_kernel(sys.argv[1], sys.argv[2])
+    sys.exit(calm.judged_when_calm(lambda: attempt(kernel)))
 
 
 if __name__ == "__main__":
