@@ -12,7 +12,6 @@ namespace tubed {
 
 namespace {
 
-constexpr double kEdgeStiffness_N_per_mm = 2000;  ///< helps the multipliers; they carry the force in the end
 constexpr double kGreatestForceLeft_N = 2e-6;
 constexpr double kGreatestStrainLeft = 2e-6;
 constexpr double kGreatestNodeStep_mm = 4;
@@ -170,14 +169,7 @@ bool Catheter::settle(StepReport& report) {
     if (!balance(report)) {
       return false;
     }
-    double greatest = 0;
-    for (Eigen::Index edge = 0; edge < free_nodes_; ++edge) {
-      const double l = edge_mm_[edge];
-      const double stretch = ((nodes_.col(edge) - nodes_.col(edge + 1)).squaredNorm() - l * l) / (2 * l);
-      edge_force_N_[edge] += kEdgeStiffness_N_per_mm * stretch;
-      greatest = std::max(greatest, std::abs(stretch) / l);
-    }
-    if (greatest < kGreatestStrainLeft) {
+    if (take_up_stretch() < kGreatestStrainLeft) {
       return true;
     }
   }
@@ -230,21 +222,6 @@ bool Catheter::balance(StepReport& report) {
   return false;
 }
 
-void Catheter::carry_frames(const Eigen::Matrix3Xd& nodes) const {
-  const Eigen::Index edges = free_nodes_ + 1;
-  u_.resize(3, edges);
-  u_.col(edges - 1) = introducer_.reference;
-  Eigen::Vector3d from = introducer_.direction;
-  for (Eigen::Index edge = edges - 2; edge >= 0; --edge) {
-    const Eigen::Vector3d to = (nodes.col(edge) - nodes.col(edge + 1)).normalized();
-    // Shortest rotation from -> to applied to u: u - (u.to) / (1 + from.to) (from + to), for u at right
-    // angles to from.
-    const Eigen::Vector3d u = u_.col(edge + 1);
-    u_.col(edge) = u - u.dot(to) / (1 + from.dot(to)) * (from + to);
-    from = to;
-  }
-}
-
 double Catheter::solve_roll() {
   if (bend_rad_ == 0) {
     return 0;
@@ -253,8 +230,7 @@ double Catheter::solve_roll() {
   double p = 0;
   double q = 0;
   for (Eigen::Index node = 1; in_bendable_tip(node); ++node) {
-    const double rest = std::tan(bend_rad_ / properties_.segments_in_tip);
-    const double share = bending_stiffness(node) / (spacing_mm_ * spacing_mm_) * rest;
+    const double share = actuation_at(node);
     const Eigen::Vector3d tipward = nodes_.col(node - 1) - nodes_.col(node);
     const Eigen::Vector3d t = (nodes_.col(node) - nodes_.col(node + 1)).normalized();
     p += share * tipward.dot(u_.col(node));
@@ -275,171 +251,6 @@ double Catheter::solve_roll() {
   }
   tip_roll_rad_ = std::clamp(tip_roll_rad_, before - 0.2, before + 0.2);
   return tip_roll_rad_ - before;
-}
-
-double Catheter::energy(const Eigen::Matrix3Xd& nodes, Eigen::Matrix3Xd& gradient) const {
-  const double h = spacing_mm_;
-  gradient.setZero(3, nodes.cols());
-  double energy = -tip_force_N_.dot(nodes.col(0));
-  gradient.col(0) -= tip_force_N_;
-
-  for (Eigen::Index node = 1; node <= free_nodes_; ++node) {
-    const Eigen::Vector3d bend = nodes.col(node - 1) - 2 * nodes.col(node) + nodes.col(node + 1);
-    const double stiffness = bending_stiffness(node) / (h * h * h);
-    energy += stiffness / 2 * bend.squaredNorm();
-    gradient.col(node - 1) += stiffness * bend;
-    gradient.col(node) -= 2 * stiffness * bend;
-    gradient.col(node + 1) += stiffness * bend;
-  }
-  for (Eigen::Index edge = 0; edge < free_nodes_; ++edge) {
-    const Eigen::Vector3d e = nodes.col(edge) - nodes.col(edge + 1);
-    const double l = edge_mm_[edge];
-    const double stretch = (e.squaredNorm() - l * l) / (2 * l);
-    energy += edge_force_N_[edge] * stretch + kEdgeStiffness_N_per_mm / 2 * stretch * stretch;
-    const Eigen::Vector3d pull = (edge_force_N_[edge] + kEdgeStiffness_N_per_mm * stretch) / l * e;
-    gradient.col(edge) += pull;
-    gradient.col(edge + 1) -= pull;
-  }
-  if (wall_ != nullptr) {
-    const double stiffness = properties_.wall_stiffness_N_mm2 * h;
-    for (Eigen::Index node = 0; node < free_nodes_; ++node) {
-      if (wall_->distance_mm(nodes.col(node)) < properties_.diameter_mm / 2) {
-        const WallDistance wall = wall_->at(nodes.col(node));
-        const double penetration = properties_.diameter_mm / 2 - wall.distance_mm;
-        energy += stiffness / 2 * penetration * penetration;
-        gradient.col(node) -= stiffness * penetration * wall.gradient;
-      }
-    }
-  }
-  if (bend_rad_ == 0) {
-    return energy;
-  }
-
-  // The actuated tip wants to turn toward d, carried with the catheter: - E I / h tan(rest) f.d / h.
-  carry_frames(nodes);
-  const double c = std::cos(tip_roll_rad_);
-  const double s = std::sin(tip_roll_rad_);
-  moment_.setZero(properties_.segments_in_tip + 1);
-  for (Eigen::Index node = 1; in_bendable_tip(node); ++node) {
-    const double rest = std::tan(bend_rad_ / properties_.segments_in_tip);
-    const double share = bending_stiffness(node) / (h * h) * rest;
-    const Eigen::Vector3d f = nodes.col(node - 1) - nodes.col(node);
-    const Eigen::Vector3d e = nodes.col(node) - nodes.col(node + 1);
-    const Eigen::Vector3d t = e.normalized();
-    const Eigen::Vector3d d = c * u_.col(node) + s * t.cross(Eigen::Vector3d(u_.col(node)));
-    energy -= share * f.dot(d);
-    gradient.col(node - 1) -= share * d;
-    gradient.col(node) += share * d;
-    const Eigen::Vector3d by_e = share * f.dot(t) / e.norm() * d;
-    gradient.col(node) += by_e;
-    gradient.col(node + 1) -= by_e;
-    moment_[node] = -share * f.dot(t.cross(d));
-  }
-  const double k = properties_.torsional_stiffness_N_mm2 / (insertion_mm_ - properties_.bendable_tip_mm);
-  energy += k / 2 * (tip_roll_rad_ - base_roll_rad_) * (tip_roll_rad_ - base_roll_rad_);
-
-  // Moving a node also turns the frames carried past it (Bergou 2008, gradient of the holonomy).
-  double torque = 0;
-  for (Eigen::Index node = 1; node <= free_nodes_; ++node) {
-    if (node >= 2 && in_bendable_tip(node - 1)) {
-      torque += moment_[node - 1];
-    }
-    const Eigen::Vector3d e = nodes.col(node) - nodes.col(node + 1);
-    const Eigen::Vector3d f = nodes.col(node - 1) - nodes.col(node);
-    const Eigen::Vector3d binormal = 2 * e.cross(f) / (e.norm() * f.norm() + e.dot(f));
-    const Eigen::Vector3d at_base = torque * binormal / (2 * e.norm());
-    const Eigen::Vector3d at_tip = -torque * binormal / (2 * f.norm());
-    gradient.col(node + 1) += at_base;
-    gradient.col(node - 1) += at_tip;
-    gradient.col(node) -= at_base + at_tip;
-  }
-  return energy;
-}
-
-void Catheter::assemble(const Eigen::Matrix3Xd& nodes, BandedCholesky<kBand>& hessian) const {
-  const double h = spacing_mm_;
-  hessian.reset(3 * free_nodes_);
-  const auto add = [&](Eigen::Index a, Eigen::Index b, const Eigen::Matrix3d& block) {
-    // Adds block to (a, b) and its transpose to (b, a); lower half only.
-    if (a >= free_nodes_ || b >= free_nodes_) {
-      return;
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const Eigen::Index row = 3 * a + i;
-        const Eigen::Index column = 3 * b + j;
-        if (row >= column) {
-          hessian.add(row, column, block(i, j));
-        } else if (a != b) {
-          hessian.add(column, row, block(i, j));
-        }
-      }
-    }
-  };
-  const auto add_scalar = [&](Eigen::Index a, Eigen::Index b, double value) {
-    if (a < free_nodes_ && b < free_nodes_) {
-      for (int i = 0; i < 3; ++i) {
-        hessian.add(3 * std::max(a, b) + i, 3 * std::min(a, b) + i, value);
-      }
-    }
-  };
-  for (Eigen::Index node = 1; node <= free_nodes_; ++node) {
-    const double stiffness = bending_stiffness(node) / (h * h * h);
-    add_scalar(node - 1, node - 1, stiffness);
-    add_scalar(node, node, 4 * stiffness);
-    add_scalar(node + 1, node + 1, stiffness);
-    add_scalar(node, node - 1, -2 * stiffness);
-    add_scalar(node + 1, node, -2 * stiffness);
-    add_scalar(node + 1, node - 1, stiffness);
-  }
-  for (Eigen::Index edge = 0; edge < free_nodes_; ++edge) {
-    const Eigen::Vector3d e = nodes.col(edge) - nodes.col(edge + 1);
-    const double l = edge_mm_[edge];
-    const double stretch = (e.squaredNorm() - l * l) / (2 * l);
-    const double force = edge_force_N_[edge] + kEdgeStiffness_N_per_mm * stretch;
-    const Eigen::Matrix3d block =
-        kEdgeStiffness_N_per_mm / (l * l) * e * e.transpose() + force / l * Eigen::Matrix3d::Identity();
-    add(edge, edge, block);
-    add(edge + 1, edge + 1, block);
-    add(edge + 1, edge, -block);
-  }
-  if (wall_ != nullptr) {
-    const double stiffness = properties_.wall_stiffness_N_mm2 * h;
-    for (Eigen::Index node = 0; node < free_nodes_; ++node) {
-      const WallDistance wall = wall_->at(nodes.col(node));
-      const double penetration = properties_.diameter_mm / 2 - wall.distance_mm;
-      if (penetration > 0) {
-        add(node, node,
-            stiffness * (wall.gradient * wall.gradient.transpose() - penetration * wall.hessian_per_mm));
-      }
-    }
-  }
-  if (bend_rad_ == 0) {
-    return;
-  }
-  const double c = std::cos(tip_roll_rad_);
-  const double s = std::sin(tip_roll_rad_);
-  for (Eigen::Index node = 1; in_bendable_tip(node); ++node) {
-    const double rest = std::tan(bend_rad_ / properties_.segments_in_tip);
-    const double share = bending_stiffness(node) / (h * h) * rest;
-    const Eigen::Vector3d e = nodes.col(node) - nodes.col(node + 1);
-    const Eigen::Vector3d t = e.normalized();
-    const Eigen::Vector3d d = c * u_.col(node) + s * t.cross(Eigen::Vector3d(u_.col(node)));
-    const Eigen::Matrix3d by_f_and_e = share / e.norm() * t * d.transpose();  // of f = node - 1 to node
-    const Eigen::Matrix3d both = by_f_and_e + by_f_and_e.transpose();
-    add(node - 1, node, by_f_and_e);
-    add(node - 1, node + 1, -by_f_and_e);
-    add(node, node, -both);
-    add(node, node + 1, by_f_and_e);
-    // Second order of d and t in e: without it a tip that turns as a whole would seem to store energy.
-    const Eigen::Vector3d f = nodes.col(node - 1) - nodes.col(node);
-    const Eigen::Vector3d aside = f - f.dot(t) * t;
-    const Eigen::Matrix3d half = share / e.squaredNorm() * d * (aside / 2 - f.dot(t) * t).transpose();
-    const Eigen::Matrix3d by_e = half + half.transpose();
-    add(node, node, by_e);
-    add(node + 1, node + 1, by_e);
-    add(node + 1, node, -by_e);
-  }
 }
 
 void Catheter::measure(const Eigen::Matrix3Xd& predicted, StepReport& report) const {

@@ -80,6 +80,8 @@ class Catheter {
  private:
   static constexpr int kBand = 8;  ///< bending couples a node with its two neighbours to either side
 
+  class Blocks;
+
   void place_held_nodes();
   void follow_itself(double advance_mm);
   void set_edge_lengths();
@@ -89,8 +91,21 @@ class Catheter {
   bool balance(StepReport& report);
   double solve_roll();
   void carry_frames(const Eigen::Matrix3Xd& nodes) const;
-  double passive_energy(const Eigen::Matrix3Xd& nodes) const;
+  /// Corrects the multipliers; the greatest share by which an edge was stretched.
+  double take_up_stretch();
   void assemble(const Eigen::Matrix3Xd& nodes, BandedCholesky<kBand>& hessian) const;
+  // Terms of energy() and, with the same names, of assemble().
+  void add_bending(const Eigen::Matrix3Xd& nodes, double& energy, Eigen::Matrix3Xd& gradient) const;
+  void add_bending(Blocks& blocks) const;
+  void add_stretch(const Eigen::Matrix3Xd& nodes, double& energy, Eigen::Matrix3Xd& gradient) const;
+  void add_stretch(const Eigen::Matrix3Xd& nodes, Blocks& blocks) const;
+  void add_wall(const Eigen::Matrix3Xd& nodes, double& energy, Eigen::Matrix3Xd& gradient) const;
+  void add_wall(const Eigen::Matrix3Xd& nodes, Blocks& blocks) const;
+  void add_actuation(const Eigen::Matrix3Xd& nodes, double& energy, Eigen::Matrix3Xd& gradient) const;
+  void add_actuation(const Eigen::Matrix3Xd& nodes, Blocks& blocks) const;
+  void add_turning_of_frames(const Eigen::Matrix3Xd& nodes, Eigen::Matrix3Xd& gradient) const;
+  [[nodiscard]] double actuation_at(Eigen::Index node) const;
+  [[nodiscard]] Eigen::Vector3d actuation_direction(Eigen::Index node, const Eigen::Vector3d& t) const;
   void measure(const Eigen::Matrix3Xd& predicted, StepReport& report) const;
   [[nodiscard]] double bending_stiffness(Eigen::Index node) const;
   [[nodiscard]] bool in_bendable_tip(Eigen::Index node) const;
