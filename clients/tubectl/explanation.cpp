@@ -75,6 +75,7 @@ void search_lines(const Camera& camera, Explanation& explanation) {
   explanation.layout = LineLayout(static_cast<double>(before.length_mm));
   project_lines(camera, spline_of(before), coefficients_of(before), explanation.layout,
                 static_cast<double>(before.radius_mm), explanation.lines);
+  drop_blind_lines(explanation.image, explanation.layout, kReach_px, explanation.lines);
   const auto search = std::make_unique<LineSearch>();
   explanation.found = search->search(explanation.image, explanation.lines, explanation.layout.count,
                                      kReach_px, kLineTransition_px);

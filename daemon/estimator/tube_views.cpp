@@ -54,15 +54,17 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
   return looked;
 }
 
-// Has measured what is going to be read. A line where that is not to be had is not in view.
+// Has measured what is going to be read. A line where that is not to be had, or where no tube could be seen,
+// is not in view.
 int TubeViews::see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px) {
   if (observation.on_demand[v] != nullptr) {
     areas_[v].clear();
     add_lines(lines_, layout_, reach_px, kBeyondTip_px, areas_[v]);
     observation.on_demand[v]->require(areas_[v]);
   }
-  return in_view -
-         drop_unmeasured_lines(observation.images[v]->measured, layout_, reach_px, kBeyondTip_px, lines_);
+  const ImageMeasurement& image = *observation.images[v];
+  return in_view - drop_unmeasured_lines(image.measured, layout_, reach_px, kBeyondTip_px, lines_) -
+         drop_blind_lines(image, layout_, reach_px, lines_);
 }
 
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px) {

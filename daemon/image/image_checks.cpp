@@ -68,6 +68,7 @@ ImageRejection ImageDoor::take(const ImageFrame& frame, ImageMeasurement& measur
   const GreyRange range = frame.depth == PixelDepth::kGrey8
                               ? copy_pixels<std::uint8_t>(frame.pixels.data(), grey)
                               : copy_pixels<std::uint16_t>(frame.pixels.data(), grey);
+  measurement.darkest = range.least;
   measurement.brightest = range.greatest;
   learnt_ = std::max(learnt_, *std::lower_bound(kWhiteLevels.begin(), kWhiteLevels.end(), range.greatest));
   const float white = white_level();

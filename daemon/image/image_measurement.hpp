@@ -35,9 +35,11 @@ struct ImageMeasurement {
   int width = 0;
   int height = 0;
   std::vector<float> grey;        ///< row by row, as the detector gave it
+  float darkest = 0;              ///< least of them
   float brightest = 0;            ///< greatest of them
   std::vector<float> vesselness;  ///< row by row, 0 .. 1 of ridges, Frangi; holds in `measured` only
   ImageArea measured;             ///< elsewhere nobody has looked: neither ridge nor none
+  RidgePolarity polarity = RidgePolarity::kDark;  ///< of the ridges in vesselness
   std::array<float, kMostFrangiScales>
       structureness{};  ///< c of each scale that vesselness was measured with
 

@@ -1,6 +1,8 @@
 #include "daemon/image/projected_lines.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <span>
 
 namespace tubed {
 
@@ -8,6 +10,8 @@ namespace {
 
 constexpr double kSpacing_mm = 2.0;
 constexpr double kViewMargin_px = 3.0;
+constexpr double kBlindMargin_px = 4.0;      // before and behind a line: so far the edge looks like a ridge
+constexpr float kBlindShare = 0.02F;         // of the image's range of grey
 constexpr double kShortest_px_per_mm = 0.2;  // below, a tube has no side to look to
 
 /// All that is read of an image for one line.
@@ -21,6 +25,51 @@ LineBox box_of(const CorrespondenceLine& line, int number, int reach_px, double 
   const double further_px = kBetweenPixels_px + (number == 0 ? beyond_tip_px : 0);
   const Eigen::Vector2d half = (reach_px * line.normal).cwiseAbs().array() + further_px;
   return {line.base_px - half, line.base_px + half};
+}
+
+/// Where an image cannot show a tube: it is as dark there as anywhere, or as bright if tubes are bright.
+class BlindPixels {
+ public:
+  explicit BlindPixels(const ImageMeasurement& image)
+      : image_(image),
+        sign_(image.polarity == RidgePolarity::kDark ? 1.0F : -1.0F),
+        limit_(sign_ > 0 ? image.darkest : -image.brightest) {
+    limit_ += kBlindShare * (image.brightest - image.darkest);
+  }
+
+  /// Of an even image nobody knows which end of its greys it is.
+  [[nodiscard]] bool are_known() const { return image_.brightest > image_.darkest; }
+
+  /// Beyond the image as well.
+  [[nodiscard]] bool contain(const Eigen::Vector2d& p_px) const {
+    const Eigen::Array2d p = p_px.array().round();
+    if (!(p.x() >= 0 && p.y() >= 0 && p.x() < image_.width && p.y() < image_.height)) {
+      return true;
+    }
+    const auto index = static_cast<std::size_t>(p.y()) * static_cast<std::size_t>(image_.width) +
+                       static_cast<std::size_t>(p.x());
+    return sign_ * image_.grey[index] <= limit_;
+  }
+
+ private:
+  const ImageMeasurement& image_;
+  float sign_;
+  float limit_;  ///< sign_ times the grey value
+};
+
+/// More than half of what lies across the tube, there or a little before or behind.
+bool is_blind(const BlindPixels& blind, const CorrespondenceLine& line, int reach_px) {
+  const Eigen::Vector2d along(line.normal.y(), -line.normal.x());
+  for (const double shift_px : {0.0, -kBlindMargin_px, kBlindMargin_px}) {
+    int count = 0;
+    for (int k = -reach_px; k <= reach_px; ++k) {
+      count += blind.contain(line.base_px + shift_px * along + k * line.normal) ? 1 : 0;
+    }
+    if (count > reach_px) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -77,6 +126,19 @@ int drop_unmeasured_lines(const ImageArea& measured, const LineLayout& layout, i
       const LineBox box = box_of(line, i, reach_px, beyond_tip_px);
       line.in_view = measured.covers_box(box.low_px, box.high_px);
       dropped += line.in_view ? 0 : 1;
+    }
+  }
+  return dropped;
+}
+
+int drop_blind_lines(const ImageMeasurement& image, const LineLayout& layout, int reach_px,
+                     CorrespondenceLines& lines) {
+  const BlindPixels blind(image);
+  int dropped = 0;
+  for (CorrespondenceLine& line : std::span(lines).first(static_cast<std::size_t>(layout.count))) {
+    if (line.in_view && blind.are_known() && is_blind(blind, line, reach_px)) {
+      line.in_view = false;
+      ++dropped;
     }
   }
   return dropped;

@@ -7,6 +7,7 @@
 #include "daemon/geometry/camera.hpp"
 #include "daemon/image/correspondence_lines.hpp"
 #include "daemon/image/image_area.hpp"
+#include "daemon/image/image_measurement.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
 
 namespace tubed {
@@ -37,6 +38,13 @@ void add_lines(const CorrespondenceLines& lines, const LineLayout& layout, int r
 /// Takes out of view those of the lines for which not all of that lies in `measured`; how many.
 int drop_unmeasured_lines(const ImageArea& measured, const LineLayout& layout, int reach_px,
                           double beyond_tip_px, CorrespondenceLines& lines);
+
+/// Takes out of view those of the lines where no tube could be seen, behind a blade of the collimator or
+/// outside an image intensifier's circle: where more than half of the pixels across, there or 4 px before or
+/// behind, are the darkest of the image (the brightest, where tubes are bright), within 2 % of its range. How
+/// many.
+int drop_blind_lines(const ImageMeasurement& image, const LineLayout& layout, int reach_px,
+                     CorrespondenceLines& lines);
 
 /// Change of the offset from one line of such a layout to the next that LineSearch is told to expect, px.
 inline constexpr double kLineTransition_px = 0.7;

@@ -20,11 +20,13 @@ GreyPixels grey_of(const ImageMeasurement& image) {
 VesselnessMeter::VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use)
     : filter_(width, height, settings, memory_for(settings, use)),
       kind_(settings.area),
+      polarity_(settings.polarity),
       missing_(width, height) {
   rectangles_.reserve(static_cast<std::size_t>(missing_.cell_count()));
 }
 
 void VesselnessMeter::take(ImageMeasurement& image, const ImageArea& area) {
+  image.polarity = polarity_;
   if (kind_ == FrangiArea::kFrame) {
     filter_.filter(grey_of(image), image.vesselness);
     image.measured.add_whole();

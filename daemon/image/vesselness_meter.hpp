@@ -23,8 +23,8 @@ class VesselnessMeter {
   VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use = MeterUse::kFirst);
 
   /// Takes an image with grey and brightest filled, and measures `area` of it (the whole image where
-  /// the settings say so). Sets vesselness, measured and structureness. With structureness 0, c depends on
-  /// this camera's images alone, never on `area`: see FrangiFilter::renew_structureness().
+  /// the settings say so). Sets vesselness, measured, polarity and structureness. With structureness 0, c
+  /// depends on this camera's images alone, never on `area`: see FrangiFilter::renew_structureness().
   void take(ImageMeasurement& image, const ImageArea& area);
 
   /// Measures what is missing of `area`; does nothing when there is nothing missing.
@@ -35,6 +35,7 @@ class VesselnessMeter {
 
   FrangiFilter filter_;
   FrangiArea kind_;
+  RidgePolarity polarity_;
   ImageArea missing_;
   std::vector<PixelRectangle> rectangles_;
 };

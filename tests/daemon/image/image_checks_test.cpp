@@ -129,9 +129,12 @@ TEST(ImageChecks, ADifferenceInTheLastPixelsOfAnOddSizeIsSeen) {
   EXPECT_EQ(door.take(frame, measurement), ImageRejection::kFrozen);
 }
 
-TEST(ImageChecks, TheBrightestPixelIsTold) {
+TEST(ImageChecks, TheDarkestAndTheBrightestPixelAreTold) {
   DoorBed door;
   door.take(frame_of_words(700, 3, 3333, 1));
+  EXPECT_EQ(door.measurement.darkest,
+            *std::min_element(door.measurement.grey.begin(), door.measurement.grey.end()));
+  EXPECT_GT(door.measurement.darkest, 0);
   EXPECT_EQ(door.measurement.brightest, 3333);
 }
 

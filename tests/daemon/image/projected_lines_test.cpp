@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 
 namespace tubed {
@@ -80,6 +82,68 @@ TEST(ProjectedLines, ALineOfWhichNotAllIsMeasuredIsNotInView) {
   EXPECT_EQ(dropped, 51 - 33);
   EXPECT_TRUE((*tube.lines)[32].in_view);
   EXPECT_FALSE((*tube.lines)[33].in_view);
+}
+
+/// Noise of 40 .. 59 in 200 x 300 pixels.
+ImageMeasurement noisy_image() {
+  ImageMeasurement image;
+  image.reserve(200, 300);
+  for (std::size_t i = 0; i < image.grey.size(); ++i) {
+    image.grey[i] = 40 + static_cast<float>(i * 7919 % 20);
+  }
+  image.darkest = 40;
+  image.brightest = 59;
+  return image;
+}
+
+/// Rows `first` to the last one, columns `from` to the last one.
+void cover(ImageMeasurement& image, int first, int from, float grey) {
+  for (int row = first; row < image.height; ++row) {
+    const auto begin = image.grey.begin() + static_cast<std::ptrdiff_t>(row) * image.width;
+    std::fill(begin + from, begin + image.width, grey);
+  }
+  image.darkest = std::min(image.darkest, grey);
+  image.brightest = std::max(image.brightest, grey);
+}
+
+TEST(ProjectedLines, BehindABladeNoTubeCouldBeSeen) {
+  for (const RidgePolarity polarity : {RidgePolarity::kDark, RidgePolarity::kBright}) {
+    StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+    ImageMeasurement image = noisy_image();
+    image.polarity = polarity;
+    cover(image, 150, 0, polarity == RidgePolarity::kDark ? 1 : 250);
+    // Line i at row 30 + 4 i: 29 at 146, four pixels before the blade; 28 at 142.
+    EXPECT_EQ(drop_blind_lines(image, tube.layout, 10, *tube.lines), 51 - 29);
+    EXPECT_TRUE((*tube.lines)[28].in_view);
+    EXPECT_FALSE((*tube.lines)[29].in_view);
+    EXPECT_FALSE((*tube.lines)[50].in_view);
+  }
+}
+
+TEST(ProjectedLines, ATubeDarkOnWhiteOrBrightOnBlackIsSeen) {
+  for (const RidgePolarity polarity : {RidgePolarity::kDark, RidgePolarity::kBright}) {
+    StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+    ImageMeasurement image = noisy_image();
+    image.polarity = polarity;
+    cover(image, 150, 0, polarity == RidgePolarity::kDark ? 250 : 1);
+    EXPECT_EQ(drop_blind_lines(image, tube.layout, 10, *tube.lines), 0);
+  }
+}
+
+TEST(ProjectedLines, BesideABladeATubeIsSeen) {
+  StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());  // at column 100
+  ImageMeasurement image = noisy_image();
+  cover(image, 0, 101, 1);
+  EXPECT_EQ(drop_blind_lines(image, tube.layout, 10, *tube.lines), 0);
+  cover(image, 0, 100, 1);
+  EXPECT_EQ(drop_blind_lines(image, tube.layout, 10, *tube.lines), 51);
+}
+
+TEST(ProjectedLines, AnEvenImageIsNotBlind) {
+  StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY());
+  ImageMeasurement image;
+  image.reserve(200, 300);
+  EXPECT_EQ(drop_blind_lines(image, tube.layout, 10, *tube.lines), 0);
 }
 
 TEST(ProjectedLines, OfAVeryLongTubeLieFurtherApart) {
