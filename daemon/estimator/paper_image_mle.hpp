@@ -74,7 +74,7 @@ class PaperImageMle {
   BandLikelihood band_;
   std::vector<PathVertex> path_;
   std::vector<Eigen::Matrix2d> J_image_plane_;  ///< px per mm of each vertex
-  LineSearch search_{false};                    ///< as published: nothing is told apart
+  LineSearch search_{LineSearch::Manner::kAsPublished};
   Lines lines_{};
 };
 

@@ -134,7 +134,8 @@ void LineSearch::to_evidence(const std::array<CorrespondenceLine, kMaxLines>& li
                              float height) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
-      const float odds = kEvidenceSlope * (vesselness_[i][k] / std::max(height, 1e-6F) - 0.5F);
+      const float ridge = kEvidenceSlope * (vesselness_[i][k] / std::max(height, 1e-6F) - 0.5F);
+      const float odds = is_thorough_ && profiles_.knows(i) ? (ridge + profiles_.log_odds(i, k)) / 2 : ridge;
       evidence_[i][k] =
           lines[i].in_view && height > 0 ? std::exp(std::clamp(odds, -kEvidenceLimit, kEvidenceLimit)) : 1.0F;
     }
@@ -174,7 +175,7 @@ void LineSearch::find(std::array<CorrespondenceLine, kMaxLines>& lines, int coun
   const int states = 2 * reach_px + 1;
   run_chain(count, states, transition_px);
   find_moments(lines, count, reach_px);
-  if (!tells_shafts_apart_) {
+  if (!is_thorough_) {
     return;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -328,6 +329,9 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
   sample(image, lines, count, reach_px);
   const float height = ridge_height(lines, count, states);
   outcome.ridge_height = height;
+  if (is_thorough_) {
+    profiles_.measure(image, std::span(lines).first(static_cast<std::size_t>(count)), reach_px);
+  }
   to_evidence(lines, count, states, height);
   find(lines, count, reach_px, transition_px);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {

@@ -7,6 +7,7 @@
 #include "daemon/image/appearance_model.hpp"
 #include "daemon/image/correspondence_line.hpp"
 #include "daemon/image/image_measurement.hpp"
+#include "daemon/image/line_profiles.hpp"
 #include "daemon/image/ridge_claims.hpp"
 
 namespace tubed {
@@ -20,10 +21,14 @@ namespace tubed {
 class LineSearch {
  public:
   static constexpr int kMaxLines = kMostCorrespondenceLines;
-  static constexpr int kMaxReach = 24;  ///< px to either side
+  static constexpr int kMaxReach = LineProfiles::kMostReach;  ///< px to either side
 
-  /// `tells_shafts_apart`: where two stretches have found one ridge, RidgeClaims says whose it is.
-  explicit LineSearch(bool tells_shafts_apart = true) : tells_shafts_apart_(tells_shafts_apart) {}
+  enum class Manner {
+    kAsPublished,  ///< vesselness alone
+    kThorough  ///< LineProfiles beside it; where two stretches have found one ridge RidgeClaims says whose
+  };
+
+  explicit LineSearch(Manner manner = Manner::kThorough) : is_thorough_(manner == Manner::kThorough) {}
 
   /// What a search found over all lines.
   struct Outcome {
@@ -68,13 +73,14 @@ class LineSearch {
   void leave_to_others(int count, int reach_px);
   void doubt_claims(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px) const;
 
-  bool tells_shafts_apart_;
+  bool is_thorough_;
   std::array<Row, kMaxLines> vesselness_;
   std::array<Row, kMaxLines> evidence_;  ///< P(y | tube here) / P(y | background)
   std::array<Row, kMaxLines> forward_;
   std::array<Row, kMaxLines> backward_;
   std::array<float, kMaxLines> peaks_;
   std::array<bool, kMaxLines> on_edge_;
+  LineProfiles profiles_;
   RidgeClaims claims_;
   RidgeClaims::PerLine on_ridge_{};
   RidgeClaims::PerLine sees_another_{};

@@ -14,9 +14,9 @@ class ImageDoor {
   explicit ImageDoor(double white_level = 0) : configured_(static_cast<float>(white_level)) {}
 
   /// Copies the pixels of `frame` into `measurement.grey` (reserved for the camera's size), with depth,
-  /// darkest and brightest, and says whether they can be used: size as configured, not bit by bit equal to the image
-  /// before, not saturated (more than half of the pixels at the white level), not even (spread of less than
-  /// a 255th of the white level).
+  /// darkest and brightest, and says whether they can be used: size as configured, not bit by bit equal to
+  /// the image before, not saturated (more than half of the pixels at the white level), not even (spread of
+  /// less than a 255th of the white level).
   ImageRejection take(const ImageFrame& frame, ImageMeasurement& measurement);
 
   /// Of images like the last one; 0 before the first of a door that learns.

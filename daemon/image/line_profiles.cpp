@@ -1,0 +1,101 @@
+#include "daemon/image/line_profiles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "daemon/image/sample_vesselness.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kCentre = 0.6;        // of the half width: where the tube is darkest
+constexpr double kBeyondSide_px = 1;   // from the tube's side to the first of two pixels of background
+constexpr float kSlope = 6.0F;         // log-odds gained from no contrast to the usual one, without noise
+constexpr float kNoiseShare = 14.0F;   // of (noise / usual contrast)^2 by which that is less
+constexpr int kNeighbours = 4;         // lines to either side that share their noise
+constexpr float kMedianStep = 0.954F;  // median of |a - b| of two pixels with noise of 1
+
+/// Just inside the image.
+Eigen::Vector2d held_inside(const ImageMeasurement& image, const Eigen::Vector2d& p_px) {
+  return {std::clamp(p_px.x(), 0.0, image.width - 1.001), std::clamp(p_px.y(), 0.0, image.height - 1.001)};
+}
+
+bool is_asked(const CorrespondenceLine& line) { return line.in_view && line.half_width_px > 0; }
+
+}  // namespace
+
+void LineProfiles::measure(const ImageMeasurement& image, std::span<const CorrespondenceLine> lines,
+                           int reach_px) {
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const CorrespondenceLine& line = lines[i];
+    if (!is_asked(line)) continue;
+    look_across(image, line, reach_px);
+    const int centre_px = std::max(0, static_cast<int>(std::lround(kCentre * line.half_width_px)));
+    const int side_px =
+        std::min(kPadding - 1, static_cast<int>(std::lround(line.half_width_px + kBeyondSide_px)));
+    for (int state = 0; state <= 2 * reach_px; ++state) {
+      contrast_[i][static_cast<std::size_t>(state)] = contrast_at(state + kPadding, centre_px, side_px);
+    }
+    peaks_[seen++] = *std::max_element(contrast_[i].begin(), contrast_[i].begin() + 2 * reach_px + 1);
+    noise_[i] = noise_of(2 * (reach_px + kPadding) + 1);
+  }
+  const auto middle = peaks_.begin() + static_cast<std::ptrdiff_t>(seen / 2);
+  std::nth_element(peaks_.begin(), middle, peaks_.begin() + static_cast<std::ptrdiff_t>(seen));
+  weigh(lines, seen > 0 ? *middle : 0);
+}
+
+// Dark is up.
+void LineProfiles::look_across(const ImageMeasurement& image, const CorrespondenceLine& line, int reach_px) {
+  const float sign = image.polarity == RidgePolarity::kDark ? -1.0F : 1.0F;
+  const int furthest_px = reach_px + kPadding;
+  for (int k = -furthest_px; k <= furthest_px; ++k) {
+    const Eigen::Vector2d p_px = held_inside(image, line.base_px + k * line.normal);
+    greys_[static_cast<std::size_t>(k + furthest_px)] = sign * sample_map(image, image.grey, p_px);
+  }
+}
+
+// Against the nearer of both sides in grey: an edge has one side only.
+float LineProfiles::contrast_at(int place, int centre_px, int side_px) const {
+  const auto grey = [&](int k) { return greys_[static_cast<std::size_t>(place + k)]; };
+  float sum = 0;
+  for (int k = -centre_px; k <= centre_px; ++k) {
+    sum += grey(k);
+  }
+  const float left = (grey(-side_px) + grey(-side_px - 1)) / 2;
+  const float right = (grey(side_px) + grey(side_px + 1)) / 2;
+  return sum / static_cast<float>(2 * centre_px + 1) - std::max(left, right);
+}
+
+float LineProfiles::noise_of(int count) {
+  const auto steps = static_cast<std::size_t>(count - 1);
+  for (std::size_t k = 0; k < steps; ++k) {
+    steps_[k] = std::abs(greys_[k + 1] - greys_[k]);
+  }
+  const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps / 2);
+  std::nth_element(steps_.begin(), middle, steps_.begin() + static_cast<std::ptrdiff_t>(steps));
+  return *middle / kMedianStep;
+}
+
+void LineProfiles::weigh(std::span<const CorrespondenceLine> lines, float usual) {
+  const auto count = static_cast<int>(lines.size());
+  for (int i = 0; i < count; ++i) {
+    const auto line = static_cast<std::size_t>(i);
+    slope_[line] = 0;
+    if (!is_asked(lines[line]) || !(usual > 0)) continue;
+    float sum = 0;
+    int sharing = 0;
+    for (int j = std::max(0, i - kNeighbours); j <= std::min(count - 1, i + kNeighbours); ++j) {
+      if (!is_asked(lines[static_cast<std::size_t>(j)])) continue;
+      sum += noise_[static_cast<std::size_t>(j)];
+      ++sharing;
+    }
+    const float noise = sum / static_cast<float>(sharing) / usual;
+    slope_[line] = kSlope / (1 + kNoiseShare * noise * noise);
+    for (float& contrast : contrast_[line]) contrast /= usual;
+  }
+}
+
+}  // namespace tubed

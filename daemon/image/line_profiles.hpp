@@ -1,0 +1,52 @@
+// How far the greys across a line stand out as those of a tube of the expected width would.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "daemon/image/correspondence_line.hpp"
+#include "daemon/image/image_measurement.hpp"
+
+namespace tubed {
+
+/// A tube is darker (brighter, as the image's polarity is) over its width than on both of its sides. A ridge
+/// filter asks that of circles, so a dark noisy stretch answers to it everywhere, and of several widths, so
+/// the edge of the spine does; who knows where the tube runs and how wide it is may ask more. Called by the
+/// optimizer thread; memory is the object itself.
+class LineProfiles {
+ public:
+  static constexpr int kMostReach = 24;  ///< px to either side
+
+  /// Looks across those of the lines that are in view, `reach_px` (1 .. kMostReach) to either side. Lines
+  /// next to each other share the level of noise.
+  void measure(const ImageMeasurement& image, std::span<const CorrespondenceLine> lines, int reach_px);
+
+  /// Whether lines[line] was looked at: in view, of a width that is known, and something stands out
+  /// somewhere.
+  [[nodiscard]] bool knows(std::size_t line) const { return slope_[line] > 0; }
+
+  /// log(P(greys | tube at this offset) / P(greys | none)) of lines[line], offset `state` - reach_px. The
+  /// noisier it is there, the nearer to 0; 0 of lines of which nothing is known.
+  [[nodiscard]] float log_odds(std::size_t line, std::size_t state) const {
+    return slope_[line] * (contrast_[line][state] - 0.5F);
+  }
+
+ private:
+  static constexpr int kPadding = 12;  ///< px beyond the reach, for the sides
+
+  using Greys = std::array<float, 2 * (kMostReach + kPadding) + 1>;
+
+  void look_across(const ImageMeasurement& image, const CorrespondenceLine& line, int reach_px);
+  [[nodiscard]] float contrast_at(int place, int centre_px, int side_px) const;
+  [[nodiscard]] float noise_of(int count);
+  void weigh(std::span<const CorrespondenceLine> lines, float usual);
+
+  Greys greys_{};
+  Greys steps_{};
+  std::array<std::array<float, 2 * kMostReach + 1>, kMostCorrespondenceLines> contrast_{};  ///< of the usual
+  std::array<float, kMostCorrespondenceLines> noise_{};
+  std::array<float, kMostCorrespondenceLines> slope_{};
+  std::array<float, kMostCorrespondenceLines> peaks_{};
+};
+
+}  // namespace tubed
