@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kTransitionReach = 4;        // px; changes beyond are not considered
 constexpr float kEvidenceSlope = 6.0F;     // log-odds gained from no ridge to a full one
+constexpr float kProfileShare = 0.6F;      // of the evidence; the rest is the ridge's
 constexpr float kEvidenceLimit = 3.0F;     // no single line may say more than this
 constexpr double kFlank_px = 3.0;          // beyond the tube's side, where its background is looked at
 constexpr float kLeastOfOtherSide = 0.1F;  // of the brighter side's contrast
@@ -135,7 +136,9 @@ void LineSearch::to_evidence(const std::array<CorrespondenceLine, kMaxLines>& li
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
       const float ridge = kEvidenceSlope * (vesselness_[i][k] / std::max(height, 1e-6F) - 0.5F);
-      const float odds = is_thorough_ && profiles_.knows(i) ? (ridge + profiles_.log_odds(i, k)) / 2 : ridge;
+      const float odds = is_thorough_ && profiles_.knows(i)
+                             ? ridge + kProfileShare * (profiles_.log_odds(i, k) - ridge)
+                             : ridge;
       evidence_[i][k] =
           lines[i].in_view && height > 0 ? std::exp(std::clamp(odds, -kEvidenceLimit, kEvidenceLimit)) : 1.0F;
     }

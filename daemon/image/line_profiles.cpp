@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kCentre = 0.6;        // of the half width: where the tube is darkest
 constexpr double kBeyondSide_px = 1;   // from the tube's side to the first of two pixels of background
+constexpr float kNearerSide = 0.6F;    // what the side nearer in grey counts of both
 constexpr float kSlope = 6.0F;         // log-odds gained from no contrast to the usual one, without noise
-constexpr float kNoiseShare = 14.0F;   // of (noise / usual contrast)^2 by which that is less
+constexpr float kNoiseShare = 10.0F;   // of (noise / usual contrast)^2 by which that is less
 constexpr int kNeighbours = 4;         // lines to either side that share their noise
 constexpr float kMedianStep = 0.954F;  // median of |a - b| of two pixels with noise of 1
 
@@ -57,7 +58,8 @@ void LineProfiles::look_across(const ImageMeasurement& image, const Corresponden
   }
 }
 
-// Against the nearer of both sides in grey: an edge has one side only.
+// Against both sides, the nearer one in grey more: an edge has one side only, but the lesser of two noisy
+// ones is drawn to and fro by what lies behind the tube.
 float LineProfiles::contrast_at(int place, int centre_px, int side_px) const {
   const auto grey = [&](int k) { return greys_[static_cast<std::size_t>(place + k)]; };
   float sum = 0;
@@ -66,7 +68,8 @@ float LineProfiles::contrast_at(int place, int centre_px, int side_px) const {
   }
   const float left = (grey(-side_px) + grey(-side_px - 1)) / 2;
   const float right = (grey(side_px) + grey(side_px + 1)) / 2;
-  return sum / static_cast<float>(2 * centre_px + 1) - std::max(left, right);
+  const float sides = kNearerSide * std::max(left, right) + (1 - kNearerSide) * std::min(left, right);
+  return sum / static_cast<float>(2 * centre_px + 1) - sides;
 }
 
 float LineProfiles::noise_of(int count) {

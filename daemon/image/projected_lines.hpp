@@ -47,6 +47,6 @@ int drop_blind_lines(const ImageMeasurement& image, const LineLayout& layout, in
                      CorrespondenceLines& lines);
 
 /// Change of the offset from one line of such a layout to the next that LineSearch is told to expect, px.
-inline constexpr double kLineTransition_px = 0.7;
+inline constexpr double kLineTransition_px = 0.6;
 
 }  // namespace tubed

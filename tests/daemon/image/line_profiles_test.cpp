@@ -106,6 +106,9 @@ TEST(LineProfiles, ABroadBandAndItsEdgesAreNoTube) {
   const Looked looked(picture.image);
   EXPECT_GT(looked.odds_at(-4), 2);
   for (int k = 2; k <= 12; ++k) {
+    EXPECT_LT(looked.odds_at(k), looked.odds_at(-4) / 2) << k;
+  }
+  for (int k = 7; k <= 12; ++k) {
     EXPECT_LT(looked.odds_at(k), 0) << k;
   }
 }
