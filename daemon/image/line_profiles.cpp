@@ -23,20 +23,22 @@ Eigen::Vector2d held_inside(const ImageMeasurement& image, const Eigen::Vector2d
   return {std::clamp(p_px.x(), 0.0, image.width - 1.001), std::clamp(p_px.y(), 0.0, image.height - 1.001)};
 }
 
-bool is_asked(const CorrespondenceLine& line) { return line.in_view && line.half_width_px > 0; }
-
 }  // namespace
+
+// Not of a tube whose sides lie further off than is looked.
+bool LineProfiles::is_of_use(const CorrespondenceLine& line) {
+  return line.in_view && line.half_width_px > 0 && line.half_width_px < kPadding - kBeyondSide_px - 1;
+}
 
 void LineProfiles::measure(const ImageMeasurement& image, std::span<const CorrespondenceLine> lines,
                            int reach_px) {
   std::size_t seen = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const CorrespondenceLine& line = lines[i];
-    if (!is_asked(line)) continue;
+    if (!is_of_use(line)) continue;
     look_across(image, line, reach_px);
-    const int centre_px = std::max(0, static_cast<int>(std::lround(kCentre * line.half_width_px)));
-    const int side_px =
-        std::min(kPadding - 1, static_cast<int>(std::lround(line.half_width_px + kBeyondSide_px)));
+    const auto centre_px = static_cast<int>(std::lround(kCentre * line.half_width_px));
+    const auto side_px = static_cast<int>(std::lround(line.half_width_px + kBeyondSide_px));
     for (int state = 0; state <= 2 * reach_px; ++state) {
       contrast_[i][static_cast<std::size_t>(state)] = contrast_at(state + kPadding, centre_px, side_px);
     }
@@ -87,11 +89,11 @@ void LineProfiles::weigh(std::span<const CorrespondenceLine> lines, float usual)
   for (int i = 0; i < count; ++i) {
     const auto line = static_cast<std::size_t>(i);
     slope_[line] = 0;
-    if (!is_asked(lines[line]) || !(usual > 0)) continue;
+    if (!is_of_use(lines[line]) || !(usual > 0)) continue;
     float sum = 0;
     int sharing = 0;
     for (int j = std::max(0, i - kNeighbours); j <= std::min(count - 1, i + kNeighbours); ++j) {
-      if (!is_asked(lines[static_cast<std::size_t>(j)])) continue;
+      if (!is_of_use(lines[static_cast<std::size_t>(j)])) continue;
       sum += noise_[static_cast<std::size_t>(j)];
       ++sharing;
     }

@@ -21,7 +21,7 @@ class LineProfiles {
   /// next to each other share the level of noise.
   void measure(const ImageMeasurement& image, std::span<const CorrespondenceLine> lines, int reach_px);
 
-  /// Whether lines[line] was looked at: in view, of a width that is known, and something stands out
+  /// Whether lines[line] was looked at: in view, of a known half width below 10 px, and something stands out
   /// somewhere.
   [[nodiscard]] bool knows(std::size_t line) const { return slope_[line] > 0; }
 
@@ -36,6 +36,7 @@ class LineProfiles {
 
   using Greys = std::array<float, 2 * (kMostReach + kPadding) + 1>;
 
+  [[nodiscard]] static bool is_of_use(const CorrespondenceLine& line);
   void look_across(const ImageMeasurement& image, const CorrespondenceLine& line, int reach_px);
   [[nodiscard]] float contrast_at(int place, int centre_px, int side_px) const;
   [[nodiscard]] float noise_of(int count);

@@ -140,6 +140,18 @@ TEST(LineProfiles, NothingIsKnownOfLinesOutOfViewOrOfNoWidthOrInAnEvenImage) {
   EXPECT_FALSE(Looked(Picture(0).image).profiles->knows(2));
 }
 
+TEST(LineProfiles, OfATubeOfAnyWidthNothingElseIsRead) {
+  Picture picture(2);
+  picture.add_band(80, 120, 30);
+  auto lines = upright_lines();
+  for (const double half_width_px : {0.1, 4.0, 9.9, 10.0, 11.0, 20.0, 1e12, std::nan("")}) {
+    for (CorrespondenceLine& line : lines) line.half_width_px = half_width_px;
+    const Looked looked(picture.image, lines);
+    EXPECT_EQ(looked.profiles->knows(2), half_width_px < 10) << half_width_px;
+    EXPECT_TRUE(std::isfinite(looked.odds_at(0))) << half_width_px;
+  }
+}
+
 TEST(LineProfiles, AtTheImagesBorderTheyAreNumbers) {
   Picture picture(2);
   picture.add_tube(3, 30);
