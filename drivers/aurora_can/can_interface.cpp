@@ -7,6 +7,7 @@
 #include <cerrno>
 
 #include "drivers/aurora_can/can_port.hpp"
+#include "drivers/aurora_can/last_error.hpp"
 #include "drivers/aurora_can/network_interface.hpp"
 
 namespace tubed {
@@ -20,8 +21,6 @@ template <typename Value>
 bool set(int descriptor, int level, int option, const Value& value) noexcept {
   return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
 }
-
-int last_error() noexcept { return errno == 0 ? EIO : errno; }
 
 /// Index of the interface, or -errno: not there, no CAN, down, or without CAN FD (EMSGSIZE) when that is
 /// needed.

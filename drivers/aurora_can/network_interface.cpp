@@ -10,11 +10,11 @@
 #include <cerrno>
 #include <cstring>
 
+#include "drivers/aurora_can/last_error.hpp"
+
 namespace tubed {
 
 namespace {
-
-int last_error() noexcept { return errno == 0 ? EIO : errno; }
 
 /// RTM_GETLINK of one name; the attribute follows the header directly.
 struct Question {

@@ -14,6 +14,7 @@
 
 #include "idl/shm_reader.hpp"
 #include "idl/shm_writer.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 
@@ -26,19 +27,13 @@ inline std::int64_t shm_test_now_ns() {
 /// A folder that everybody may enter, removed at the end.
 class ShmFolder {
  public:
-  ShmFolder() {
-    std::string pattern = "/tmp/tubed-shm-XXXXXX";
-    path_ = mkdtemp(pattern.data());
-    chmod(path_.c_str(), 0755);
-  }
-  ~ShmFolder() { std::filesystem::remove_all(path_); }
-  ShmFolder(const ShmFolder&) = delete;
-  ShmFolder& operator=(const ShmFolder&) = delete;
+  ShmFolder() { chmod(path_.c_str(), 0755); }
   [[nodiscard]] std::string socket() const { return path_ + "/ring.sock"; }
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  std::string path_;
+  TemporaryFolder folder_;
+  std::string path_ = folder_.path().string();
 };
 
 inline ShmWriterSettings small_writer(const std::string& socket, std::uint32_t slots = 4,
