@@ -19,7 +19,7 @@ constexpr int kOftenerThanASnap = 3;
 // freedom grows evenly: a rounded digit must not decide.
 constexpr double kJerkFrom = 1.4;
 constexpr double kCertainJerk = 1.6;
-constexpr double kFreedomOfAJerk = 16;
+constexpr double kFreedomOfAJerk = 20;
 constexpr int kFewestMeasurements = 10;  // until it is known what is usual
 constexpr int kMostMeasurements = 60;    // that the mean goes back
 constexpr double kLostAfter_s = 0.5;     // when a few coils contradict and no image says who is right

@@ -173,6 +173,7 @@ void RecursiveEstimator::forget_doubts() {
   state_.disowned = false;
   state_.freedom = 1;
   state_.last_freedom = 1;
+  state_.drift = {};
 }
 
 // What the coils have shown of their noise so far decides how much of their error stays.
@@ -276,7 +277,8 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   before_update_ = state_;  // should the measurement say that the tube has moved otherwise
   predict(frame.measured, state_.freedom);
   const double freedom = freedom_for(gate(coils, frame.measured));
-  if (freedom > state_.freedom) {
+  const bool was_jerk = freedom > state_.freedom;
+  if (was_jerk) {
     const UsualSurprise usual = state_.usual;
     state_ = before_update_;
     state_.usual = usual;
@@ -290,9 +292,9 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
                                     state_.m, state_.P);
   // Expected of a freer motion than usual it says nothing against the usual one.
   const CoilUpdate::Pull& pull = coil_update_.pull();
-  const bool was_jerk = freedom > state_.freedom;
   adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                 interval_s);
+  learn_drift(interval_s);
   ask_alone(frame, history);
   remember();
 }
@@ -303,7 +305,7 @@ void RecursiveEstimator::predict(MonotonicTime time, double freedom) {
     return;
   }
   state_.time = time;
-  motion_.predict(dt_s, {freedom, drift_freedom()}, state_.C, state_.m, state_.P);
+  motion_.predict(dt_s, {sideways_freedom(freedom), state_.drift}, state_.C, state_.m, state_.P);
   age_coil_errors(dt_s);
 }
 

@@ -63,10 +63,11 @@ class RecursiveEstimator final : public Estimator {
     double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     std::array<GatedCoil, kMaxCoils> gated{};
-    MonotonicTime began{};    ///< EM frame of the beginning
-    MonotonicTime asked{};    ///< EM frame whose coils alone were last asked who is wrong
-    bool disowned = false;    ///< they said: the shape
-    double freedom = 1;       ///< of the sideways motion, learnt from how far updates pull
+    MonotonicTime began{};  ///< EM frame of the beginning
+    MonotonicTime asked{};  ///< EM frame whose coils alone were last asked who is wrong
+    bool disowned = false;  ///< they said: the shape
+    double freedom = 1;     ///< of the sideways motion, learnt from how far updates pull
+    TubeMotion::DriftVariances drift;
     double last_freedom = 1;  ///< that of the newest EM measurement
     UsualSurprise usual;
     int images_without_tube = 0;
@@ -117,7 +118,8 @@ class RecursiveEstimator final : public Estimator {
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
   [[nodiscard]] double lasting_share() const;
   [[nodiscard]] double least_freedom() const;
-  [[nodiscard]] double drift_freedom() const;
+  [[nodiscard]] double sideways_freedom(double learnt) const;
+  void learn_drift(double interval_s);
   [[nodiscard]] double variance_factor() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);

@@ -17,7 +17,8 @@ constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 
 constexpr double kFreedomMemory_s = 0.5;
 constexpr double kFreedomLeast = 0.4;
 constexpr double kFreedomMost = 10;
-constexpr double kLeastDrift = 0.3;
+constexpr double kLeastSideways = 0.25;
+constexpr double kLeastDrift = 0.05;
 // At kFreedomLeast updates pull by less than is expected: motion is calmer than the filter lets it be, who
 // would lag behind the next jerk otherwise.
 constexpr double kCalmVariance = 0.71;
@@ -93,6 +94,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
                 static_cast<double>(n) -
                     coefficient_prior_.information.cwiseProduct(state_.P.topLeftCorner(n, n)).sum(),
                 interval_s);
+  learn_drift(interval_s);
   state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
 }
 
@@ -131,7 +133,14 @@ double RecursiveEstimator::lasting_share() const {
 
 double RecursiveEstimator::least_freedom() const { return std::clamp(lasting_share(), kFreedomLeast, 1.0); }
 
-double RecursiveEstimator::drift_freedom() const { return std::clamp(lasting_share(), kLeastDrift, 1.0); }
+double RecursiveEstimator::sideways_freedom(double learnt) const {
+  return learnt * std::clamp(lasting_share(), kLeastSideways, 1.0);
+}
+
+void RecursiveEstimator::learn_drift(double interval_s) {
+  motion_.learn_drift(interval_s, std::clamp(lasting_share(), kLeastDrift, 1.0), state_.m, state_.P,
+                      state_.drift);
+}
 
 // So that sigma does not say more than it has to while motion is calm.
 double RecursiveEstimator::variance_factor() const {

@@ -17,10 +17,12 @@ constexpr double kSwayLength_mm = 150;
 constexpr double kSlidingSpeed_mm_s = 10;  // of the sliding that the estimated speed does not foresee
 constexpr double kSpeed_mm_s = 25;         // how fast it is pushed or pulled, usually
 constexpr double kSpeedMemory_s = 0.4;     // how long a hand keeps its speed
-constexpr double kDrift_mm_s = 7;          // of a stretch that moves to a side, usually
-constexpr double kDriftMemory_s = 0.2;     // how long it goes on
+constexpr double kDriftMemory_s = 1;       // how long a stretch that moves to a side goes on
+constexpr double kDriftAtFirst_mm_s = 3;   // 7 for a second would let a coil be wrong by as much
 constexpr double kDriftSpacing_mm = 63;    // tube to a node
-constexpr int kMostNodes = 8;
+constexpr double kDriftLearnt_s = 0.5;     // over which it is learnt how fast it does so
+constexpr double kUnseenShare = 0.1;       // what is not known of a velocity: much when nothing was measured
+constexpr double kMostDrift = 4;           // of its variance, beside the usual
 
 }  // namespace
 
@@ -58,7 +60,6 @@ TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
     drifting_(i, column - drift_ / 3) = 1 - share;
     drifting_(i, column - drift_ / 3 + 1) = share;
   }
-  drifting_together_ = drifting_ * drifting_.transpose();
 }
 
 void TubeMotion::begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const {
@@ -66,7 +67,7 @@ void TubeMotion::begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const {
   C.rightCols(drift_count_ + 1).setZero();
   P.bottomRows(rows).setZero();
   P.rightCols(rows).setZero();
-  P.diagonal().segment(drift_, 3 * drift_count_).setConstant(kDrift_mm_s * kDrift_mm_s);
+  P.diagonal().segment(drift_, 3 * drift_count_).setConstant(kDriftAtFirst_mm_s * kDriftAtFirst_mm_s);
   P.diagonal().tail<3>() << kSpeed_mm_s * kSpeed_mm_s, 1, 1;
 }
 
@@ -155,26 +156,42 @@ void TubeMotion::forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd
 
 // The drift is a Gauss-Markov process and the way its integral: what velocities do within the step moves the
 // tube as well.
-void TubeMotion::forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
-                              Eigen::MatrixXd& P) const {
+void TubeMotion::forget_drift(double dt_s, const DriftVariances& drift, Eigen::Matrix3Xd& C,
+                              Eigen::Matrix3Xd& m, Eigen::MatrixXd& P) const {
   const double kept = std::exp(-dt_s / kDriftMemory_s);
   m.middleCols(drift_ / 3, drift_count_) *= kept;
   C.middleCols(drift_ / 3, drift_count_) = m.middleCols(drift_ / 3, drift_count_);
   P.middleRows(drift_, 3 * drift_count_) *= kept;
   P.middleCols(drift_, 3 * drift_count_) *= kept;
-  const double variance = freedom * kDrift_mm_s * kDrift_mm_s;
-  P.diagonal().segment(drift_, 3 * drift_count_).array() += (1 - kept * kept) * variance;
-  const double with_way = kDriftMemory_s * (1 - kept) * (1 - kept) * variance;
-  const double way = kDriftMemory_s * (2 * dt_s - kDriftMemory_s * (3 - 4 * kept + kept * kept)) * variance;
-  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
-    for (Eigen::Index k = 0; k < drift_count_; ++k) {
-      const Eigen::Index column = drift_ + 3 * k;
-      P.block<3, 3>(3 * i, column).diagonal().array() += with_way * drifting_(i, k);
-      P.block<3, 3>(column, 3 * i).diagonal().array() += with_way * drifting_(i, k);
+  const double with_way = kDriftMemory_s * (1 - kept) * (1 - kept);
+  const double way = kDriftMemory_s * (2 * dt_s - kDriftMemory_s * (3 - 4 * kept + kept * kept));
+  for (Eigen::Index k = 0; k < drift_count_; ++k) {
+    const Eigen::Index column = drift_ + 3 * k;
+    P.diagonal().segment<3>(column).array() += (1 - kept * kept) * drift[k];
+    for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+      const double share = drifting_(i, k) * drift[k];
+      if (share == 0) {
+        continue;
+      }
+      P.block<3, 3>(3 * i, column).diagonal().array() += with_way * share;
+      P.block<3, 3>(column, 3 * i).diagonal().array() += with_way * share;
+      for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
+        P.block<3, 3>(3 * i, 3 * j).diagonal().array() += way * share * drifting_(j, k);
+      }
     }
-    for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
-      P.block<3, 3>(3 * i, 3 * j).diagonal().array() += way * drifting_together_(i, j);
-    }
+  }
+}
+
+// The mean square of a velocity is that of its mean and its own variance. Of that a share alone: an axis of
+// which nothing was measured would otherwise keep the variance up by having it.
+void TubeMotion::learn_drift(double interval_s, double least, const Eigen::Matrix3Xd& m,
+                             const Eigen::MatrixXd& P, DriftVariances& drift) const {
+  constexpr double kUsual = kUsualDrift_mm_s * kUsualDrift_mm_s;
+  const double share = std::clamp(interval_s / kDriftLearnt_s, 0.0, 1.0);
+  for (Eigen::Index k = 0; k < drift_count_; ++k) {
+    const double seen =
+        m.col(drift_ / 3 + k).squaredNorm() + kUnseenShare * P.diagonal().segment<3>(drift_ + 3 * k).sum();
+    drift[k] = std::clamp(drift[k] + share * (seen - drift[k]), least * kUsual, kMostDrift * kUsual);
   }
 }
 

@@ -16,10 +16,24 @@ namespace tubed {
 /// other two mean nothing). Memory is taken in the constructor.
 class TubeMotion {
  public:
+  static constexpr int kMostNodes = 8;
+  static constexpr double kUsualDrift_mm_s = 7;  ///< of a stretch of which nothing is known yet
+
+  /// How fast the stretch around each node drifts: variance of its velocity, (mm/s)^2 an axis.
+  class DriftVariances {
+   public:
+    DriftVariances() { values_.fill(kUsualDrift_mm_s * kUsualDrift_mm_s); }
+    double& operator[](Eigen::Index node) { return values_[static_cast<std::size_t>(node)]; }
+    double operator[](Eigen::Index node) const { return values_[static_cast<std::size_t>(node)]; }
+
+   private:
+    std::array<double, kMostNodes> values_{};
+  };
+
   /// How free the tube is to move otherwise than it is expected to.
   struct Freedom {
     double sideways = 1;  ///< multiplies the variance of the sideways motion
-    double drift = 1;     ///< and that of the drift's velocities
+    DriftVariances drift;
   };
 
   TubeMotion(const UniformCubicBSpline& spline, int column_count);
@@ -34,6 +48,12 @@ class TubeMotion {
   /// column_count squared) on by `dt_s`.
   void predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                Eigen::MatrixXd& P);
+
+  /// Learns from m and P, after a measurement taken `interval_s` after the last, how fast each stretch
+  /// drifts: one that is seen to move across the view moves in depth as well, one that rests in it rests. No
+  /// stretch becomes slower than `least` times the usual variance.
+  void learn_drift(double interval_s, double least, const Eigen::Matrix3Xd& m, const Eigen::MatrixXd& P,
+                   DriftVariances& drift) const;
 
  private:
   /// zeta(s) becomes zeta(s - slid_mm): a column becomes weights of four others.
@@ -55,7 +75,7 @@ class TubeMotion {
   void move_columns(double slid_mm, double way_s, Eigen::MatrixXd& P);
   void add_noise(double dt_s, double freedom, const Eigen::Matrix3Xd& C, Eigen::MatrixXd& P);
   void forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P) const;
-  void forget_drift(double dt_s, double freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
+  void forget_drift(double dt_s, const DriftVariances& drift, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                     Eigen::MatrixXd& P) const;
 
   Eigen::Index coefficient_count_;
@@ -63,13 +83,12 @@ class TubeMotion {
   Eigen::Index speed_;        ///< row of the speed
   Eigen::Index drift_;        ///< row of the first velocity
   double spacing_mm_;
-  Eigen::MatrixXd sideways_;           ///< variance of one second between coefficients, mm^2 (n x n)
-  Eigen::MatrixXd drifting_;           ///< shares of the nodes in the coefficients (n x nodes)
-  Eigen::MatrixXd drifting_together_;  ///< between coefficients (n x n)
-  Eigen::VectorXd sliding_;            ///< change of C when the tube slides 1 mm forward
-  Eigen::Matrix3Xd shifted_;           ///< scratch
-  Eigen::MatrixXd columns_;            ///< scratch
-  Eigen::VectorXd with_speed_;         ///< scratch
+  Eigen::MatrixXd sideways_;    ///< variance of one second between coefficients, mm^2 (n x n)
+  Eigen::MatrixXd drifting_;    ///< shares of the nodes in the coefficients (n x nodes)
+  Eigen::VectorXd sliding_;     ///< change of C when the tube slides 1 mm forward
+  Eigen::Matrix3Xd shifted_;    ///< scratch
+  Eigen::MatrixXd columns_;     ///< scratch
+  Eigen::VectorXd with_speed_;  ///< scratch
 };
 
 }  // namespace tubed
