@@ -1,5 +1,6 @@
 #include "daemon/estimator/coil_observation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tubed {
@@ -48,6 +49,14 @@ int CoilObservations::used_count() const {
     used += coils[static_cast<std::size_t>(i)].used() ? 1 : 0;
   }
   return used;
+}
+
+bool CoilObservations::nearest_is_used(double place_mm) const {
+  const auto nearest = std::min_element(coils.begin(), coils.begin() + count,
+                                        [place_mm](const CoilObservation& a, const CoilObservation& b) {
+                                          return std::abs(a.s_mm - place_mm) < std::abs(b.s_mm - place_mm);
+                                        });
+  return count > 0 && nearest->used();
 }
 
 CoilObservations observe_coils(const EmFrame* frame, const EmHistory& history,

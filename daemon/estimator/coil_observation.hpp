@@ -24,6 +24,8 @@ struct CoilObservations {
   int count = 0;
   std::array<CoilObservation, kMaxCoils> coils;
   [[nodiscard]] int used_count() const;
+  /// Does the coil that is nearest to this place on the tube, mm from the tip, take part?
+  [[nodiscard]] bool nearest_is_used(double place_mm) const;
 };
 
 /// Picks the instrument's coils out of `frame` (nullptr: all missing) and takes them to the world. A coil

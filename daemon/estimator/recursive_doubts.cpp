@@ -122,7 +122,7 @@ bool RecursiveEstimator::better_alone(const Observation& observation, const Coil
 bool RecursiveEstimator::is_caught(const Observation& observation, const CoilObservations& coils,
                                    double distance, const TubeEstimate& estimate) {
   return !is_seen_well(observation.instant) && better_alone(observation, coils, distance, estimate) &&
-         is_seen_elsewhere_alone(observation);
+         is_seen_elsewhere_alone(observation, coils);
 }
 
 bool RecursiveEstimator::is_seen_well(MonotonicTime instant) const {
@@ -136,7 +136,8 @@ bool RecursiveEstimator::is_seen_well(MonotonicTime instant) const {
 
 // In a view that does not show the shape well, by the shape that better_alone() has found; and that one is
 // much worse in no view.
-bool RecursiveEstimator::is_seen_elsewhere_alone(const Observation& observation) const {
+bool RecursiveEstimator::is_seen_elsewhere_alone(const Observation& observation,
+                                                 const CoilObservations& coils) const {
   bool caught = false;
   for (std::size_t view = 0; view < views_.count(); ++view) {
     const std::optional<double> here = views_.agreeing(view, observation.instant);
@@ -145,15 +146,19 @@ bool RecursiveEstimator::is_seen_elsewhere_alone(const Observation& observation)
       return false;
     }
     caught = caught || (here && *here <= kSeenWell && there >= *here + kSeenBetter &&
-                        is_elsewhere_alone(views_.camera(view)));
+                        is_elsewhere_alone(views_.camera(view), coils));
   }
   return caught;
 }
 
-bool RecursiveEstimator::is_elsewhere_alone(const Camera& camera) const {
+// Where the nearest coil takes no part, a shape of the instant alone may be anywhere.
+bool RecursiveEstimator::is_elsewhere_alone(const Camera& camera, const CoilObservations& coils) const {
   const UniformCubicBSpline& spline = map_.spline();
   int elsewhere = 0;
   for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kElsewhereEach_mm) {
+    if (!coils.nearest_is_used(s_mm)) {
+      continue;
+    }
     const CubicBasis basis = spline.basis(s_mm);
     const Eigen::Vector3d p_world_mm = combine(state_.C, basis.first, basis.value);
     const Eigen::Vector3d tangent_world = combine(state_.C, basis.first, basis.first_derivative);

@@ -13,6 +13,8 @@ constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 // Every instant adds its stiffness afresh, and images fix the outline; where the spline cannot bend as the
 // tube does, the printed weight of strain then turns the error into depth.
 constexpr double kStrainSlack = 4.5;
+// Firmer than the curvature that is expected: of errors of coils that last, a firm tube is the mean.
+constexpr double kBendingFirmness = 1.25;
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
@@ -55,7 +57,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       scratch_(state_.P),
       departure_(Eigen::VectorXd::Zero(coefficients_.size())),
       information_times_departure_(departure_) {
-  image_map_.set_stiffness(kStrainSlack, 1);
+  image_map_.set_stiffness(kStrainSlack, kBendingFirmness);
 }
 
 void RecursiveEstimator::reset() noexcept {

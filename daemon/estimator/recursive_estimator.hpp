@@ -99,8 +99,9 @@ class RecursiveEstimator final : public Estimator {
   bool is_caught(const Observation& observation, const CoilObservations& coils, double distance,
                  const TubeEstimate& estimate);
   [[nodiscard]] bool is_seen_well(MonotonicTime instant) const;
-  [[nodiscard]] bool is_seen_elsewhere_alone(const Observation& observation) const;
-  [[nodiscard]] bool is_elsewhere_alone(const Camera& camera) const;
+  [[nodiscard]] bool is_seen_elsewhere_alone(const Observation& observation,
+                                             const CoilObservations& coils) const;
+  [[nodiscard]] bool is_elsewhere_alone(const Camera& camera, const CoilObservations& coils) const;
   void doubt(int witnesses);
   void judge_shape(const Observation& observation, const CoilObservations& coils,
                    const TubeEstimate& estimate);

@@ -78,5 +78,21 @@ TEST(CoilObservation, WithoutAnyMeasurementAllAreMissing) {
   EXPECT_EQ(coils.used_count(), 0);
 }
 
+TEST(CoilObservation, TheNearestCoilOfAPlaceTakesPartOrNot) {
+  CoilObservations coils;
+  EXPECT_FALSE(coils.nearest_is_used(0));
+  coils.count = 3;
+  for (int i = 0; i < 3; ++i) {
+    coils.coils[static_cast<std::size_t>(i)].s_mm = 10 + 80 * i;
+    coils.coils[static_cast<std::size_t>(i)].state = i == 1 ? CoilState::kOutlier : CoilState::kUsed;
+  }
+  EXPECT_TRUE(coils.nearest_is_used(0));
+  EXPECT_TRUE(coils.nearest_is_used(49));
+  EXPECT_FALSE(coils.nearest_is_used(51));
+  EXPECT_FALSE(coils.nearest_is_used(129));
+  EXPECT_TRUE(coils.nearest_is_used(131));
+  EXPECT_TRUE(coils.nearest_is_used(1000));
+}
+
 }  // namespace
 }  // namespace tubed
