@@ -29,6 +29,8 @@ constexpr seconds kTryBinaryEvery{20};
 constexpr int kErrorsUntilRestart = 5;
 constexpr int kContradictionsUntilRestart = 4;
 constexpr seconds kStandstill{1};  // no new measurement for so long although the tracker answers
+/// Between two steps: then it was this program that stood still, or its machine, and nobody was asked.
+constexpr milliseconds kOwnAbsence{250};
 
 /// After an interruption of so long the times of measurement are found anew.
 constexpr seconds kClockLasts{5};
@@ -86,12 +88,14 @@ void Poller::begin_to_poll(MonotonicTime now) noexcept {
   number_in_doubt_ = ports_changed_ = false;
   failures_ = errors_in_a_row_ = contradictions_ = 0;
   binary_failures_ = text_successes_ = 0;
-  hold_until_ = still_since_ = try_binary_at_ = now;
+  hold_until_ = still_since_ = last_step_ = try_binary_at_ = now;
 }
 
 Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& frame) noexcept {
   for (;;) {
     const MonotonicTime now = exchange.now();
+    still_since_ = now - last_step_ > kOwnAbsence ? now : still_since_;
+    last_step_ = now;
     if (ports_changed_) {
       ports_changed_ = false;
       return Event::kPortsChanged;

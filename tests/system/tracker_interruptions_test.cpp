@@ -54,7 +54,9 @@ class RunningEmulator {
               const std::lock_guard lock(mutex_);
               front_.step();
             }
-            std::this_thread::yield();  // whoever waits to tell it something
+            while (waiting_ && !ending_) {  // a mutex is not fair: it would be had again at once
+              std::this_thread::sleep_for(std::chrono::microseconds(100));
+            }
           }
         }) {}
   ~RunningEmulator() {
@@ -66,7 +68,9 @@ class RunningEmulator {
 
   /// Carries out a command; the instant at which it had.
   MonotonicTime tell(std::string_view command) {
+    waiting_ = true;
     const std::lock_guard lock(mutex_);
+    waiting_ = false;
     const MonotonicTime now = monotonic_now();
     EXPECT_EQ(emulator::apply_control(command, device_, now), "");
     return now;
@@ -75,6 +79,7 @@ class RunningEmulator {
  private:
   std::mutex mutex_;
   std::atomic<bool> ending_ = false;
+  std::atomic<bool> waiting_ = false;  ///< somebody, to tell it something
   emulator::Device device_;
   emulator::SerialFront front_;
   std::thread thread_;

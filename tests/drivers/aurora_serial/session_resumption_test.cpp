@@ -101,5 +101,24 @@ TEST(SessionAfterCable, DoesNotAskForWhatItStoppedItself) {
   EXPECT_EQ(bench.session.counts().tracking_starts, 2U);
 }
 
+// The program was stopped, or the machine it runs on: the tracker went on. Whatever the poll was doing.
+TEST(SessionAfterOwnAbsence, GoesOnAtOnceWithWhatItTracked) {
+  for (const milliseconds absent : {milliseconds(300), milliseconds(1200), milliseconds(3000)}) {
+    for (int phase_ms = 0; phase_ms < 25; ++phase_ms) {
+      SessionBench bench;
+      ASSERT_TRUE(bench.start());
+      bench.run_for(seconds(2) + milliseconds(phase_ms));
+      bench.line.time += absent;
+      const MonotonicTime back = bench.line.time;
+      ASSERT_TRUE(bench.run_until(Event::kMeasurement));
+      EXPECT_LT(seconds_between(back, bench.line.time), 0.1) << phase_ms;
+      bench.run_for(seconds(2));
+      EXPECT_EQ(bench.session.counts().tracking_starts, 1U) << phase_ms;
+      EXPECT_EQ(bench.wrong, 0U);
+      EXPECT_TRUE(bench.problems.empty());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tubed::aurora
