@@ -14,7 +14,7 @@ constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 // tube does, the printed weight of strain then turns the error into depth.
 constexpr double kStrainSlack = 4.5;
 // Firmer than the curvature that is expected: of errors of coils that last, a firm tube is the mean.
-constexpr double kBendingFirmness = 1.25;
+constexpr double kBendingFirmness = 1.15;
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
