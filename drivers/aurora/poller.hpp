@@ -108,7 +108,7 @@ class Poller {
   MonotonicTime last_time_{};      ///< measured, of the last frame
   MonotonicTime last_new_{};       ///< when the last new measurement came
   MonotonicTime still_since_{};    ///< polled since, without a new measurement
-  MonotonicTime last_step_{};
+  MonotonicTime last_step_{};      ///< of step()
   MonotonicTime hold_until_{};     ///< the line must be quiet first
   bool poll_at_once_ = false;
   int settling_polls_ = 0;  ///< answers to earlier polls may come before this one's
