@@ -1,4 +1,4 @@
-// What the recursive estimator does not believe: a coil, an image, itself.
+// What the recursive estimator does not believe: an image, itself.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -10,23 +10,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
-// To be believed again, a coil has to agree as most do (0.03 do not) if the coils of a measurement alone
-// contradict it as well, or if it was left out more often than a snap is.
-constexpr double kAgrees = 9;
-constexpr int kOftenerThanASnap = 3;
-// A jerk of the tube: coils further off the prediction than they usually are, by so much and more. In between
-// freedom grows evenly: a rounded digit must not decide.
-constexpr double kJerkFrom = 1.4;
-constexpr double kCertainJerk = 1.6;
-constexpr double kFreedomOfAJerk = 20;
-constexpr int kFewestMeasurements = 10;  // until it is known what is usual
-constexpr int kMostMeasurements = 60;    // that the mean goes back
-constexpr double kLostAfter_s = 0.5;     // when a few coils contradict and no image says who is right
-constexpr double kLostThoughConfirmed_s = 5;
-constexpr double kYoungFor_s = 0.5;  // after a beginning
-constexpr double kAskedEvery_s = 0.5;
-constexpr double kConfirmedFor_s = 0.5;
+constexpr double kOutOfTheQuestion = 25;  // chi^2 a coil: no shape has to be asked for
 constexpr int kLostImages = 3;
 // The instant alone knows better: coils that are further off than their whole error allows (chi^2 a coil, 3
 // dof), and half as far off a shape of this instant that the image shows as well, at two EM measurements in a
@@ -87,7 +71,8 @@ int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const Co
   int contradicting = 0;
   for (int i = 0; i < all.count; ++i) {
     CoilObservation& coil = all.coils[static_cast<std::size_t>(i)];
-    if (coil.state == CoilState::kOutlier && !state_.gated[static_cast<std::size_t>(i)].alone_as_well) {
+    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    if (coil.state == CoilState::kOutlier && !gated.alone_as_well && !is_erratic(gated)) {
       coil.state = CoilState::kUsed;
     }
     if (coil.used()) {
@@ -202,7 +187,7 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
     return;
   }
   images_ = ImageVerdict::kContradicts;
-  if (distance > kGate * coils.used_count()) {
+  if (distance > kOutOfTheQuestion * coils.used_count()) {
     images_ = ImageVerdict::kLost;
     state_.doubted_times = kDoubtedTimes;  // no need to ask further
     return;
@@ -214,142 +199,10 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
   }
 }
 
-Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {
-  const CubicBasis basis = map_.spline().basis(coil.s_mm);
-  std::array<Eigen::Index, 5> columns{};
-  std::array<double, 5> weights{};
-  for (std::size_t a = 0; a < 4; ++a) {
-    columns[a] = basis.first + static_cast<Eigen::Index>(a);
-    weights[a] = basis.value[a];
-  }
-  columns[4] = map_.position_error_column(index);
-  weights[4] = 1;
-  const double noise_mm = state_.noise.noise_position_mm();
-  Eigen::Matrix3d sum = noise_mm * noise_mm * Eigen::Matrix3d::Identity();
-  for (std::size_t a = 0; a < 5; ++a) {
-    for (std::size_t b = 0; b < 5; ++b) {
-      sum += weights[a] * weights[b] * state_.P.block<3, 3>(3 * columns[a], 3 * columns[b]);
-    }
-  }
-  return sum;
-}
-
-// A coil whose position the prediction cannot explain takes no part, for a while. Gives how far the others
-// are off on the whole: mean chi^2 a degree of freedom, without the coil that is furthest off, which may be
-// wrong by itself. 0: too few to say.
-double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
-  double sum = 0;
-  double greatest = 0;
-  int count = 0;
-  for (int i = 0; i < coils.count; ++i) {
-    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    if (!coil.used()) {
-      gated.times = 0;  // says nothing, but is no better for that
-      continue;
-    }
-    const CubicBasis basis = map_.spline().basis(coil.s_mm);
-    const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
-                                       state_.C.col(map_.position_error_column(i));
-    const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
-    const double capped = std::min(chi_squared, kGate);
-    sum += capped;
-    greatest = std::max(greatest, capped);
-    ++count;
-    if (chi_squared <= (gated.alone_as_well || gated.times >= kOftenerThanASnap ? kAgrees : kGate)) {
-      gated = GatedCoil{};
-      continue;
-    }
-    coil.state = CoilState::kOutlier;
-    gated.since = gated.times == 0 ? time : gated.since;
-    ++gated.times;
-  }
-  return count > 2 ? (sum - greatest) / (3 * (count - 1)) : 0;
-}
-
-// Of the sideways motion that the measurement with this surprise needs. How surprising a measurement usually
-// is depends on the tracker and on the motion, so that only a mean of earlier ones is a measure.
-double RecursiveEstimator::freedom_for(double surprise) {
-  if (!(surprise > 0)) {  // too few coils, or no number
-    return state_.freedom;
-  }
-  UsualSurprise& usual = state_.usual;
-  const double times = usual.count < kFewestMeasurements ? 1 : surprise / usual.mean;
-  usual.count = std::min(usual.count + 1, kMostMeasurements);
-  usual.mean *= std::pow(std::min(surprise / usual.mean, kCertainJerk), 1.0 / usual.count);
-  const double jerk = std::clamp((times - kJerkFrom) / (kCertainJerk - kJerkFrom), 0.0, 1.0);
-  return std::max(state_.freedom, kFreedomOfAJerk * jerk);
-}
-
-bool RecursiveEstimator::most_are_gated() const {
-  const auto gated = std::count_if(state_.gated.begin(), state_.gated.end(),
-                                   [](const GatedCoil& coil) { return coil.times > 0; });
-  return 2 * gated > static_cast<std::ptrdiff_t>(instrument_.coils.size());
-}
-
 // When most coils contradict, the tube has snapped and they are right.
 bool RecursiveEstimator::is_lost() const {
   return most_are_gated() || state_.disowned || state_.images_without_tube >= kLostImages ||
          state_.doubted_times >= kDoubtedTimes;
-}
-
-// Who is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name one:
-// asked often while a beginning may have taken in what its own measurement did not show, now and then later.
-// A contradicting coil that they do not name is borne for a long while after images have shown the tube where
-// it is expected, or after they have named it; but not for ever: images do not see depth.
-void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history) {
-  const bool is_young = seconds_between(state_.began, frame.measured) < kYoungFor_s;
-  if (state_.disowned || (!is_young && seconds_between(state_.asked, frame.measured) < kAskedEvery_s)) {
-    return;
-  }
-  state_.asked = frame.measured;
-  CoilObservations alone = observe(&frame, history);
-  const bool known = start_.solve_em(alone, *second_opinion_);
-  bool names_other = false;
-  bool named_before = true;
-  double longest_s = 0;
-  for (int i = 0; i < alone.count; ++i) {
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    const bool named = known && alone.coils[static_cast<std::size_t>(i)].state == CoilState::kOutlier;
-    if (gated.times == 0) {
-      names_other = names_other || named;
-      continue;
-    }
-    if (named) {
-      gated.alone_as_well = true;
-      gated.since = frame.measured;
-    }
-    named_before = named_before && gated.alone_as_well;
-    longest_s = std::max(longest_s, seconds_between(gated.since, frame.measured));
-  }
-  const bool confirmed =
-      to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, frame.measured) < kConfirmedFor_s;
-  const double borne_s = confirmed || named_before ? kLostThoughConfirmed_s : kLostAfter_s;
-  state_.disowned = names_other || longest_s >= borne_s;
-}
-
-// A beginning knows little, and nearly everything agrees with it: a coil that it left out has to agree well,
-// and so has one that it could not ask.
-void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
-  const bool asked = coils.used_count() >= SingleFrameSolver::kFewestForMajority - 1;
-  for (int i = 0; i < coils.count; ++i) {
-    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    if (coil.state == CoilState::kOutlier) {
-      gated = {1, state_.time, true};
-    } else {
-      gated = {0, {}, gated.alone_as_well && !(coil.used() && asked)};
-    }
-  }
-}
-
-void RecursiveEstimator::leave_out_gated(CoilObservations& coils) const {
-  for (int i = 0; i < coils.count; ++i) {
-    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (coil.used() && state_.begun && state_.gated[static_cast<std::size_t>(i)].times > 0) {
-      coil.state = CoilState::kOutlier;
-    }
-  }
 }
 
 }  // namespace tubed

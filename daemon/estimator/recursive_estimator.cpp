@@ -270,6 +270,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
   if (!state_.begun || began_blind || is_lost()) {
     coils = observe(&newest, history);
+    leave_out_erratic(coils);
     initialise(observation, coils, newest, estimate);
   }
 }

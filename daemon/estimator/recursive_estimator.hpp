@@ -35,8 +35,11 @@ class RecursiveEstimator final : public Estimator {
   /// How long a coil has contradicted the prediction.
   struct GatedCoil {
     int times = 0;
-    MonotonicTime since{};
-    bool alone_as_well = false;  ///< the coils of an instant alone contradict it, too
+    MonotonicTime since{};                             ///< steadily
+    bool alone_as_well = false;                        ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                             ///< in a row that they were asked and did not
+    Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();  ///< the prediction, the last time
+    MonotonicTime erratic{};                           ///< when it last contradicted itself
   };
 
   /// How far measurements mostly are off the prediction, see gate().
@@ -125,6 +128,10 @@ class RecursiveEstimator final : public Estimator {
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);
   double gate(CoilObservations& coils, MonotonicTime time);
+  [[nodiscard]] double gate_of(const GatedCoil& gated, double off_itself_mm2,
+                               const Eigen::Matrix3d& covariance_mm2) const;
+  [[nodiscard]] bool contradicts_itself(double off_itself_mm2) const;
+  [[nodiscard]] bool is_erratic(const GatedCoil& gated) const;
   double freedom_for(double surprise);
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
   [[nodiscard]] bool most_are_gated() const;
@@ -132,6 +139,7 @@ class RecursiveEstimator final : public Estimator {
   void ask_alone(const EmFrame& frame, const EmHistory& history);
   void leave_out_as_found(const CoilObservations& coils);
   void leave_out_gated(CoilObservations& coils) const;
+  void leave_out_erratic(CoilObservations& coils) const;
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;

@@ -114,6 +114,71 @@ TEST(RecursiveDoubts, AWrongCoilThatDropsOutIsStillWrongWhenItReturns) {
   EXPECT_LT(bench.rms_mm(), 3);
 }
 
+// At each image it says the same by chance.
+TEST(RecursiveDoubts, ACoilThatContradictsItselfIsNoSnap) {
+  FilterBench bench;
+  bench.measure_times(80);
+  for (int i = 0; i < 60; ++i) {
+    bench.outlier_mm = bench.seed % 4 == 3 ? 25 : -25;
+    bench.measure(0, 0);
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier) << "measurement " << i;
+    ASSERT_LT(bench.rms_mm(), 3) << "measurement " << i;
+  }
+}
+
+// With nothing else to say where the tip is, what is known of it fades and nearly everything agrees with it.
+TEST(RecursiveDoubts, WithoutImagesACoilThatContradictsItselfStaysOutUntilItIsRight) {
+  FilterBench bench;
+  bench.with_images = false;
+  bench.measure_times(80);
+  const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
+  const float before_mm2 = variance_mm2();
+  for (int i = 0; i < 80; ++i) {
+    bench.outlier_mm = i % 2 == 0 ? 13 : -13;  // too little to be named by one measurement
+    bench.measure(0, 0);
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier) << "measurement " << i;
+    ASSERT_LT(variance_mm2(), 2 * before_mm2) << "begun again at measurement " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), 8);
+  bench.measure_times(2);
+  EXPECT_EQ(bench.estimate->coils[0].state, CoilState::kUsed);
+  EXPECT_LT(bench.rms_mm(), 3);
+}
+
+TEST(RecursiveDoubts, NothingIsBegunWithACoilThatContradictsItself) {
+  FilterBench bench;
+  bench.measure_times(80);
+  bench.hidden = {0, 380};  // so that it begins again
+  for (int i = 0; i < 40; ++i) {
+    bench.outlier_mm = i % 2 == 0 ? 13 : -13;
+    bench.measure(0, 0);
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier) << "measurement " << i;
+  }
+}
+
+// The coils of a measurement alone named it while it was wrong; that is no reason to keep the tip where the
+// wrong coil had it at the beginning.
+TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgain) {
+  for (const unsigned seed : {0U, 1000U}) {
+    FilterBench bench;
+    bench.seed = seed;
+    bench.outlier_mm = 25;
+    for (int i = 0; i < 8; ++i) {
+      bench.measure(0, 0);
+    }
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kUsed);
+    bench.outlier_mm = -30;
+    for (int i = 0; i < 4; ++i) {
+      bench.measure(0, 0);
+    }
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier);
+    ASSERT_GT(bench.rms_mm(), 6);
+    bench.measure_times(100);
+    EXPECT_EQ(bench.estimate->coils[0].state, CoilState::kUsed);
+    EXPECT_LT(bench.rms_mm(), 2);
+  }
+}
+
 // All coils 20 mm away at once: the tube has snapped, and the coils are right.
 TEST(RecursiveDoubts, ASnapIsFollowedAtOnce) {
   FilterBench bench;
