@@ -15,6 +15,7 @@ constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 constexpr double kStrainSlack = 4.5;
 // Firmer than the curvature that is expected: of errors of coils that last, a firm tube is the mean.
 constexpr double kBendingFirmness = 1.15;
+constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
@@ -250,9 +251,8 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   // Of this state, whenever its newest measurement was taken.
   coils = observe(&newest, history);
   leave_out_gated(coils);
-  // Begun while all was taken for noise: too sure of itself if it is not.
-  const bool began_blind = state_.noise.known() && !state_.began_with_known_noise;
-  if (state_.begun && !began_blind && !is_lost()) {
+  const bool too_sure = state_.begun && began_too_sure();
+  if (state_.begun && !too_sure && !is_lost()) {
     if (registered_ && observation.is_image_instant) {
       predict(observation.instant, state_.freedom);
       update_image(observation, coils, estimate);
@@ -268,11 +268,26 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
       if (settle(shape_, estimate)) know_covariance({});
     }
   }
-  if (!state_.begun || began_blind || is_lost()) {
+  if (!state_.begun || too_sure || is_lost()) {
     coils = observe(&newest, history);
     leave_out_erratic(coils);
     initialise(observation, coils, newest, estimate);
   }
+}
+
+// Begun while all was taken for noise, and a part of it is not.
+bool RecursiveEstimator::began_too_sure() {
+  if (!state_.noise.known() || state_.began_with_known_noise) {
+    return false;
+  }
+  const double whole_mm = state_.error_scale.position_mm();
+  const double lasting_mm = state_.noise.lasting_position_mm(whole_mm);
+  if (lasting_mm * lasting_mm > kNegligibleShare * whole_mm * whole_mm) {
+    return true;
+  }
+  state_.began_with_known_noise = true;
+  state_.usual = UsualSurprise{};
+  return false;
 }
 
 void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s) {

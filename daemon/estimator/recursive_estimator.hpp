@@ -91,6 +91,7 @@ class RecursiveEstimator final : public Estimator {
                   TubeEstimate& estimate);
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
+  bool began_too_sure();
   void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s);
   void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;

@@ -23,7 +23,9 @@ struct FilterBench {
   /// One more measurement, displaced by `shift_mm` in z; the shape after it.
   const TubeEstimate& measure(double shift_mm = 0, int outlier = -1) {
     now += std::chrono::milliseconds(25);
-    EmFrame frame = measure_coils(room, now, 4, ++seed);
+    ++seed;
+    EmFrame frame = measure_coils(room, now, 4, frozen ? 1 : seed);
+    frame.tracker_frame = seed;
     for (int i = 0; i < frame.coil_count; ++i) {
       frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? outlier_mm : 0);
       if (i == missing) {
@@ -133,6 +135,7 @@ struct FilterBench {
   bool with_images = true;
   double outlier_mm = 30;
   int missing = -1;         ///< coil that drops out
+  bool frozen = false;      ///< coils err by the same at each measurement
   Stretch hidden;           ///< of the arc, in the image
   double decoy_mm = 0;      ///< 0: none
   double image_off_mm = 0;  ///< what the image shows is so far beside the coils

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "tests/daemon/estimator/filter_bench.hpp"
@@ -150,6 +152,36 @@ TEST(RecursiveEstimator, TheCovarianceCoversTheErrors) {
     }
   }
   EXPECT_GT(inside, all * 85 / 100) << "a normal error lies within two sigma in 95 of 100 cases";
+}
+
+// Until enough was measured all is taken for noise. Where that was right, nothing of the average is lost.
+TEST(RecursiveEstimator, NoiseThatTurnsOutToBeAllOfTheErrorIsAveragedOn) {
+  FilterBench bench;
+  bench.with_images = false;
+  const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
+  bench.measure();
+  float least_mm2 = variance_mm2();
+  const float first_mm2 = least_mm2;
+  for (int i = 1; i < 40; ++i) {
+    bench.measure();
+    ASSERT_LT(variance_mm2(), 1.3F * least_mm2) << "measurement " << i;
+    least_mm2 = std::min(least_mm2, variance_mm2());
+  }
+  EXPECT_LT(least_mm2, first_mm2 / 4);
+}
+
+TEST(RecursiveEstimator, ErrorsThatTurnOutToStayAreNotAveraged) {
+  std::array<float, 2> variances_mm2{};
+  for (const bool frozen : {false, true}) {
+    FilterBench bench;
+    bench.with_images = false;
+    bench.frozen = frozen;
+    for (int i = 0; i < 40; ++i) {
+      bench.measure(0.02 * (i % 2));
+    }
+    variances_mm2[frozen ? 1 : 0] = bench.estimate->points[64].covariance_mm2[5];
+  }
+  EXPECT_GT(variances_mm2[1], 3 * variances_mm2[0]);
 }
 
 }  // namespace
