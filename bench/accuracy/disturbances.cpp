@@ -6,8 +6,31 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace tubed {
+
+namespace {
+
+Eigen::Vector3d random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+/// `error_em_mm` of the time of measurement added to one coil's positions.
+Sequence with_coil_error(Sequence sequence, int coil,
+                         const std::function<Eigen::Vector3d(double t_s)>& error_em_mm) {
+  bool any = false;
+  for (SequenceMeasurement& measurement : sequence.measurements) {
+    if (coil < 0 || coil >= measurement.coil_count) continue;
+    measurement.coils[static_cast<std::size_t>(coil)].p_em_mm += error_em_mm(measurement.t_s);
+    any = true;
+  }
+  if (!any) throw std::invalid_argument("no measurement has a coil " + std::to_string(coil));
+  return sequence;
+}
+
+}  // namespace
 
 bool is_off(double t_s, double start_s, double off_s, double period_s) {
   return std::fmod(t_s - start_s, period_s) >= period_s - off_s;
@@ -35,17 +58,18 @@ Sequence with_coils_dropped(Sequence sequence, double share, unsigned seed) {
 
 Sequence with_coil_lying(Sequence sequence, int coil, double error_mm, unsigned seed) {
   std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
-  const Eigen::Vector3d error_em_mm =
-      error_mm * Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-  bool any = false;
-  for (SequenceMeasurement& measurement : sequence.measurements) {
-    if (coil < 0 || coil >= measurement.coil_count) continue;
-    measurement.coils[static_cast<std::size_t>(coil)].p_em_mm += error_em_mm;
-    any = true;
-  }
-  if (!any) throw std::invalid_argument("no measurement has a coil " + std::to_string(coil));
-  return sequence;
+  const Eigen::Vector3d error_em_mm = error_mm * random_direction(random);
+  return with_coil_error(std::move(sequence), coil, [=](double) { return error_em_mm; });
+}
+
+Sequence with_coil_erratic(Sequence sequence, int coil, double error_mm, double wrong_s, double period_s,
+                           unsigned seed) {
+  std::mt19937_64 random(seed);
+  const double start_s = sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
+  return with_coil_error(std::move(sequence), coil, [&](double t_s) -> Eigen::Vector3d {
+    const Eigen::Vector3d error_em_mm = error_mm * random_direction(random);
+    return is_off(t_s, start_s, wrong_s, period_s) ? error_em_mm : Eigen::Vector3d::Zero();
+  });
 }
 
 Sequence with_wrong_images(Sequence sequence, std::size_t step) {

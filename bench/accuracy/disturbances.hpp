@@ -24,6 +24,11 @@ Sequence with_coils_dropped(Sequence sequence, double share, unsigned seed);
 /// direction of the seed. Throws std::invalid_argument when no measurement has that coil.
 Sequence with_coil_lying(Sequence sequence, int coil, double error_mm, unsigned seed);
 
+/// The same for the last `wrong_s` of every `period_s` from the first measurement on, each time in a
+/// direction of its own.
+Sequence with_coil_erratic(Sequence sequence, int coil, double error_mm, double wrong_s, double period_s,
+                           unsigned seed);
+
 /// Every `step`-th image (from the step-th on) replaced by the first one of the same camera: a catheter that
 /// is not there any more, as a grabber with a stale buffer shows it. 0: none.
 Sequence with_wrong_images(Sequence sequence, std::size_t step);

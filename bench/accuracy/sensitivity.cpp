@@ -165,6 +165,24 @@ Study liar_study(const Sequence& sequence) {
   return study;
 }
 
+/// The tip's coil, which has a neighbour on one side only. Judged: while it is wrong and one second after;
+/// all instants where it never is.
+Study erratic_study(const Sequence& sequence) {
+  constexpr double kPeriod_s = 4;
+  constexpr double kError_mm = 25;
+  constexpr double kAfter_s = 1;
+  Study study{"s of every 4 the tip's coil wrong by 25 mm to all sides (judged: these and 1 s after)", {}};
+  const double start_s = sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
+  for (const double wrong_s : {0.0, 0.5, 1.0, 2.0}) {
+    Variant variant{wrong_s, with_coil_erratic(sequence, 0, kError_mm, wrong_s, kPeriod_s, 1)};
+    variant.judged = [=](const SequenceInstant& instant) {
+      return wrong_s == 0 || is_off(instant.t_s - kAfter_s, start_s, wrong_s + kAfter_s, kPeriod_s);
+    };
+    study.variants.push_back(std::move(variant));
+  }
+  return study;
+}
+
 Study wrong_image_study(const Sequence& sequence) {
   Study study{"one of so many images is the first again (0: none)", {}};
   for (const std::size_t step : {0, 10, 5, 2}) {
@@ -191,6 +209,7 @@ std::vector<Study> studies_of(const Sequence& sequence) {
   studies.push_back(fluoroscopy_study(sequence));
   studies.push_back(drop_study(sequence));
   studies.push_back(liar_study(sequence));
+  studies.push_back(erratic_study(sequence));
   studies.push_back(wrong_image_study(sequence));
   return studies;
 }

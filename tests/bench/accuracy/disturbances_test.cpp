@@ -56,6 +56,19 @@ TEST(Disturbances, ALyingCoilIsWrongByThatMuchAndAlwaysTheSameAndTheOtherIsRight
   }
 }
 
+TEST(Disturbances, AnErraticCoilIsWrongByThatMuchAtTheEndOfEveryPeriodAndNeverTheSame) {
+  const Sequence erratic = with_coil_erratic(sequence_of(8), 1, 25, 1, 2, 7);
+
+  std::vector<Eigen::Vector3d> errors_mm;
+  for (const SequenceMeasurement& measurement : erratic.measurements) {
+    errors_mm.push_back(measurement.coils[1].p_em_mm - Eigen::Vector3d(4, 5, 6));
+    EXPECT_EQ(measurement.coils[0].p_em_mm, Eigen::Vector3d(1, 2, 3));
+  }
+  for (const std::size_t right : {0, 1, 4, 5}) EXPECT_EQ(errors_mm[right], Eigen::Vector3d::Zero()) << right;
+  for (const std::size_t wrong : {2, 3, 6, 7}) EXPECT_NEAR(errors_mm[wrong].norm(), 25, 1e-9) << wrong;
+  EXPECT_GT((errors_mm[2] - errors_mm[3]).norm(), 1);
+}
+
 TEST(Disturbances, ACoilThatNoMeasurementHasIsRefused) {
   EXPECT_THROW(with_coil_lying(sequence_of(3), 2, 25, 7), std::invalid_argument);
 }
