@@ -171,7 +171,7 @@ Study erratic_study(const Sequence& sequence) {
   constexpr double kPeriod_s = 4;
   constexpr double kError_mm = 25;
   constexpr double kAfter_s = 1;
-  Study study{"s of every 4 the tip's coil wrong by 25 mm to all sides (judged: these and 1 s after)", {}};
+  Study study{"s of every 4 the tip's coil erratic by 25 mm (judged: these + 1 s)", {}};
   const double start_s = sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
   for (const double wrong_s : {0.0, 0.5, 1.0, 2.0}) {
     Variant variant{wrong_s, with_coil_erratic(sequence, 0, kError_mm, wrong_s, kPeriod_s, 1)};
