@@ -12,11 +12,6 @@ namespace tubed {
 
 namespace {
 
-Eigen::Vector3d random_direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
-
 /// `error_em_mm` of the time of measurement added to one coil's positions.
 Sequence with_coil_error(Sequence sequence, int coil,
                          const std::function<Eigen::Vector3d(double t_s)>& error_em_mm) {
@@ -31,6 +26,11 @@ Sequence with_coil_error(Sequence sequence, int coil,
 }
 
 }  // namespace
+
+Eigen::Vector3d random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
 
 bool is_off(double t_s, double start_s, double off_s, double period_s) {
   return std::fmod(t_s - start_s, period_s) >= period_s - off_s;

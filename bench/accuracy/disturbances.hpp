@@ -1,7 +1,9 @@
 // A sequence with something taken away or put wrong: how an estimator stands it is part of its accuracy.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
+#include <random>
 
 #include "clients/tubectl/offline_reconstruction.hpp"
 
@@ -9,6 +11,9 @@ namespace tubed {
 
 /// Which instants are judged.
 using JudgedInstants = std::function<bool(const SequenceInstant&)>;
+
+/// A unit vector, every direction as likely.
+Eigen::Vector3d random_direction(std::mt19937_64& random);
 
 /// Whether fluoroscopy is off at `t_s` when it is off for the last `off_s` of every `period_s`, counted from
 /// `start_s`.

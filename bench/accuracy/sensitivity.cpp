@@ -18,11 +18,6 @@ constexpr double kTangentBase_mm = 1.0;  // half the chord that gives a coil's d
 constexpr double kAngleOfLambda =
     0.0523598776 / 4;  // rad per mm: noise grows as in the paper, 3 deg with 4 mm
 
-Eigen::Vector3d random_direction(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
-
 /// Truth at s, linear between its millimetres; continued straight beyond its ends.
 Eigen::Vector3d true_point(const Eigen::Matrix3Xd& truth_mm, double s_mm) {
   const double place = std::clamp(s_mm, 0.0, static_cast<double>(truth_mm.cols() - 1));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "daemon/estimator/coil_error_scale.hpp"
@@ -35,11 +36,11 @@ class RecursiveEstimator final : public Estimator {
   /// How long a coil has contradicted the prediction.
   struct GatedCoil {
     int times = 0;
-    MonotonicTime since{};                             ///< steadily
-    bool alone_as_well = false;                        ///< the coils of an instant alone contradict it, too
-    int cleared_times = 0;                             ///< in a row that they were asked and did not
-    Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();  ///< the prediction, the last time
-    MonotonicTime erratic{};                           ///< when it last contradicted itself
+    MonotonicTime since{};                  ///< steadily
+    bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                  ///< in a row that they were asked and did not
+    std::optional<Eigen::Vector3d> off_mm;  ///< the prediction, the last time
+    MonotonicTime erratic{};                ///< when it last contradicted itself
   };
 
   /// How far measurements mostly are off the prediction, see gate().

@@ -65,18 +65,20 @@ double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
     GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
     if (!coil.used()) {
       gated.times = 0;  // says nothing, but is no better for that
+      gated.off_mm.reset();
       continue;
     }
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
     const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
                                        state_.C.col(map_.position_error_column(i));
-    const double chi_squared = innovation.dot(innovation_covariance(coil, i).inverse() * innovation);
+    const Eigen::Matrix3d covariance_mm2 = innovation_covariance(coil, i);
+    const double chi_squared = innovation.dot(covariance_mm2.inverse() * innovation);
     const double capped = std::min(chi_squared, kGate);
     sum += capped;
     greatest = std::max(greatest, capped);
     ++count;
-    const double off_itself_mm2 = gated.times > 0 ? (innovation - gated.off_mm).squaredNorm() : 0;
-    if (chi_squared <= gate_of(gated, off_itself_mm2, innovation_covariance(coil, i))) {
+    const double off_itself_mm2 = gated.off_mm ? (innovation - *gated.off_mm).squaredNorm() : 0;
+    if (chi_squared <= gate_of(gated, off_itself_mm2, covariance_mm2)) {
       gated = GatedCoil{};
       continue;
     }
@@ -184,7 +186,10 @@ void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
     if (coil.state == CoilState::kOutlier) {
-      gated.alone_as_well = gated.alone_as_well || !is_erratic(gated);
+      if (!is_erratic(gated)) {
+        gated.alone_as_well = true;
+        gated.off_mm.reset();  // that was another shape
+      }
       gated.times = 1;
       gated.since = state_.time;
     } else {
