@@ -39,7 +39,7 @@ class RecursiveEstimator final : public Estimator {
     MonotonicTime since{};                  ///< steadily
     bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
     int cleared_times = 0;                  ///< in a row that they were asked and did not
-    std::optional<Eigen::Vector3d> off_mm;  ///< the prediction, the last time
+    std::optional<Eigen::Vector3d> off_mm;  ///< the prediction, the last time; world
     MonotonicTime erratic{};                ///< when it last contradicted itself
   };
 

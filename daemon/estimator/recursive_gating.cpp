@@ -28,8 +28,8 @@ constexpr double kConfirmedFor_s = 0.5;
 // A coil that contradicts itself from one measurement to the next: chi^2 of the difference, 3 dof, 0.001.
 constexpr double kErratic = 16.3;
 constexpr double kErraticFor_s = 0.3;
-constexpr int kFewestToBegin = 2;
-constexpr int kClearedTimes = 3;  // that the coils of a measurement do not name it
+constexpr int kFewestToBegin = 2;  // coils: better an erratic one among them than no shape at all
+constexpr int kClearedTimes = 3;   // that the coils of a measurement do not name it
 
 }  // namespace
 
@@ -103,8 +103,8 @@ double RecursiveEstimator::gate_of(const GatedCoil& gated, double off_itself_mm2
     return gate;
   }
   // The difference of two errors: six times the variance of one on an axis.
-  const double wrong = off_itself_mm2 / (6 * std::cbrt(covariance_mm2.determinant()));
-  return std::min(gate, 3 * std::log1p(wrong) * (1 + 1 / wrong));
+  const double w_by_s2 = off_itself_mm2 / (6 * std::cbrt(covariance_mm2.determinant()));
+  return std::min(gate, 3 * std::log1p(w_by_s2) * (1 + 1 / w_by_s2));
 }
 
 bool RecursiveEstimator::contradicts_itself(double off_itself_mm2) const {
