@@ -13,20 +13,21 @@ constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 // Every instant adds its stiffness afresh, and images fix the outline; where the spline cannot bend as the
 // tube does, the printed weight of strain then turns the error into depth.
 constexpr double kStrainSlack = 4.5;
-// Firmer than the curvature that is expected: of errors of coils that last, a firm tube is the mean.
-constexpr double kBendingFirmness = 1.15;
 constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
+constexpr double kBendingWithoutImages_s = 0.2;
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
 }  // namespace
 
-RecursiveEstimator::State::State(int column_count, const EstimatorSettings& settings)
+RecursiveEstimator::State::State(int column_count, Eigen::Index bending_node_count,
+                                 const EstimatorSettings& settings)
     : C(Eigen::Matrix3Xd::Zero(3, column_count)),
       m(C),
       P(Eigen::MatrixXd::Identity(C.size(), C.size())),
       noise(settings),
-      error_scale(settings) {}
+      error_scale(settings),
+      bending(Eigen::VectorXd::Ones(bending_node_count)) {}
 
 RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
                                        const InstrumentDescription& instrument, const RoomDescription& room)
@@ -43,8 +44,9 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       second_look_(settings, instrument, room),
       second_opinion_(std::make_unique<TubeEstimate>()),
       motion_(map_.spline(), map_.column_count()),
+      learnt_bending_(map_.bending_node_count(), map_.spline().spacing_mm()),
       coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
-      state_(map_.column_count(), settings),
+      state_(map_.column_count(), map_.bending_node_count(), settings),
       before_update_(state_),
       past_{state_, state_, state_, state_, state_, state_, state_, state_},
       prior_{state_.P, state_.C},
@@ -58,7 +60,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       scratch_(state_.P),
       departure_(Eigen::VectorXd::Zero(coefficients_.size())),
       information_times_departure_(departure_) {
-  image_map_.set_stiffness(kStrainSlack, kBendingFirmness);
+  image_map_.set_strain_slack(kStrainSlack);
 }
 
 void RecursiveEstimator::reset() noexcept {
@@ -161,6 +163,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.begun = true;
   state_.began = frame.measured;
   state_.asked = frame.measured;
+  state_.bending_learnt = state_.time;
   leave_out_as_found(coils);
   place_coils();
   covariance_ = map_.invert_at(coils, lines, &prior_, state_.C) ? &map_ : nullptr;
@@ -177,6 +180,7 @@ void RecursiveEstimator::forget_doubts() {
   state_.freedom = 1;
   state_.last_freedom = 1;
   state_.drift = {};
+  state_.bending.setOnes();
 }
 
 // What the coils have shown of their noise so far decides how much of their error stays.
@@ -211,13 +215,13 @@ bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<con
   Eigen::Matrix3Xd& C = state_.C;
   C.setZero();
   C.leftCols(start_.C().cols()) = start_.C();
-  map_.set_stiffness(kStrainSlack, 1);
+  map_.set_strain_slack(kStrainSlack);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
   estimate.iterations +=
       static_cast<std::uint32_t>(map_.refine(coils, lines, &prior_, settings_.iterations, C, converged_));
-  map_.set_stiffness(kNoStrain, 1);
+  map_.set_strain_slack(kNoStrain);
   const bool inverted = map_.invert_at(coils, lines, &prior_, C);
-  map_.set_stiffness(kStrainSlack, 1);
+  map_.set_strain_slack(kStrainSlack);
   if (!inverted) {
     return false;
   }
@@ -245,7 +249,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
     const double interval_s = seconds_between(state_.newest_em, frame->measured);
     state_.newest_em = frame->measured;
     if (state_.begun) {
-      update_coils(*frame, history, interval_s);
+      update_coils(*frame, history, interval_s, estimate);
     }
   }
   // Of this state, whenever its newest measurement was taken.
@@ -290,7 +294,8 @@ bool RecursiveEstimator::began_too_sure() {
   return false;
 }
 
-void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s) {
+void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
+                                      TubeEstimate& estimate) {
   CoilObservations coils = observe(&frame, history);
   before_update_ = state_;  // should the measurement say that the tube has moved otherwise
   predict(frame.measured, state_.freedom);
@@ -314,6 +319,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
                 interval_s);
   learn_drift(interval_s);
   ask_alone(frame, history);
+  learn_bending_from_coils(estimate);
   remember();
 }
 
@@ -355,6 +361,7 @@ bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
   if (!refresh_information()) {
     return false;
   }
+  image_map_.set_bending(state_.bending);
   coefficients_ = C.leftCols(coefficients_.cols());
   refine({}, estimate);
   follow(C);
@@ -371,6 +378,27 @@ void RecursiveEstimator::refine(std::span<const ViewConstraints> lines, TubeEsti
 void RecursiveEstimator::know_covariance(std::span<const ViewConstraints> lines) {
   const bool known = image_map_.invert_at(CoilObservations{}, lines, &coefficient_prior_, coefficients_);
   covariance_ = known ? &image_map_ : nullptr;
+}
+
+// Of the shape C whose covariance is known.
+void RecursiveEstimator::learn_bending(const Eigen::Matrix3Xd& C) {
+  if (covariance_ != &image_map_) {
+    return;
+  }
+  learnt_bending_.learn(image_map_, C, seconds_between(state_.bending_learnt, state_.time), state_.bending);
+  state_.bending_learnt = state_.time;
+}
+
+// Where images do not do so. It takes a shape, which between images nobody has asked for yet.
+void RecursiveEstimator::learn_bending_from_coils(TubeEstimate& estimate) {
+  if (!state_.begun || seconds_between(state_.bending_learnt, state_.time) < kBendingWithoutImages_s) {
+    return;
+  }
+  shape_ = state_.C;
+  if (settle(shape_, estimate)) {
+    know_covariance({});
+    learn_bending(shape_);
+  }
 }
 
 }  // namespace tubed

@@ -10,6 +10,7 @@
 #include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/coil_update.hpp"
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/learnt_bending.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/tube_motion.hpp"
 
@@ -51,7 +52,7 @@ class RecursiveEstimator final : public Estimator {
 
   /// All that is known at a time; copied without allocating.
   struct State {
-    explicit State(int column_count, const EstimatorSettings& settings);
+    State(int column_count, Eigen::Index bending_node_count, const EstimatorSettings& settings);
     bool begun = false;
     MonotonicTime time{};
     MonotonicTime newest_em{};  ///< measurement time of the newest EM frame used
@@ -72,7 +73,9 @@ class RecursiveEstimator final : public Estimator {
     bool disowned = false;  ///< they said: the shape
     double freedom = 1;     ///< of the sideways motion, learnt from how far updates pull
     TubeMotion::DriftVariances drift;
-    double last_freedom = 1;  ///< that of the newest EM measurement
+    Eigen::VectorXd bending;         ///< how much the tube bends, as TubeMap::set_bending() takes it
+    MonotonicTime bending_learnt{};  ///< when it was last learnt
+    double last_freedom = 1;         ///< that of the newest EM measurement
     UsualSurprise usual;
     int images_without_tube = 0;
     int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better
@@ -93,7 +96,8 @@ class RecursiveEstimator final : public Estimator {
   void advance(const Observation& observation, const EmFrame& newest, CoilObservations& coils,
                TubeEstimate& estimate);
   bool began_too_sure();
-  void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s);
+  void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
+                    TubeEstimate& estimate);
   void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
   [[nodiscard]] Eigen::Vector3d off_coil_mm(const CoilObservation& coil, const Eigen::Matrix3Xd& C) const;
@@ -126,6 +130,8 @@ class RecursiveEstimator final : public Estimator {
   [[nodiscard]] double least_freedom() const;
   [[nodiscard]] double sideways_freedom(double learnt) const;
   void learn_drift(double interval_s);
+  void learn_bending(const Eigen::Matrix3Xd& C);
+  void learn_bending_from_coils(TubeEstimate& estimate);
   [[nodiscard]] double variance_factor() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
   bool shows_tube(const TubeEstimate& estimate);
@@ -155,6 +161,7 @@ class RecursiveEstimator final : public Estimator {
   TubeViews second_look_;  ///< of a shape of the instant alone
   std::unique_ptr<TubeEstimate> second_opinion_;
   TubeMotion motion_;
+  LearntBending learnt_bending_;
   CoilUpdate coil_update_;
   State state_;
   State before_update_;

@@ -88,6 +88,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   }
   coefficients_ = state_.C.leftCols(coefficients_.cols());
   know_covariance(lines);
+  learn_bending(state_.C);
   // With the right process noise an update pulls the mean by chi^2 = 3n - tr(P-^-1 P+) in expectation.
   const Eigen::Index n = coefficients_.size();
   adapt_freedom(pull(state_.m),

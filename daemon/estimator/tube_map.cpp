@@ -57,6 +57,7 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
       nodes_.push_back(spline_.basis((segment + node) * spline_.spacing_mm()));
     }
   }
+  bending_ = Eigen::VectorXd::Ones(bending_node_count());
   line_views_.reserve(kMaxCameras);
   lines_.reserve(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
   reserve_lines(lines_.capacity());
@@ -101,8 +102,10 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
 
 template <typename Sum>
 void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const {
-  const double weight = std::sqrt(bending_factor_ * spline_.spacing_mm() / 2 / settings_.bending_q_per_mm);
-  for (const CubicBasis& basis : nodes_) {
+  const double usual = spline_.spacing_mm() / 2 / settings_.bending_q_per_mm;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const CubicBasis& basis = nodes_[i];
+    const double weight = std::sqrt(usual / bending_[static_cast<Eigen::Index>(i)]);
     const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
     sum.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
   }
@@ -274,6 +277,18 @@ bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConst
   prepare(views);
   linearise({coils, prior}, C);
   return equations_.invert();
+}
+
+// A segment of length h has one coefficient, so that curvature of variance q a length across the tube, on two
+// axes, makes h |zeta''|^2 = 2 q in expectation.
+void TubeMap::expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors) const {
+  const double scale = spline_.spacing_mm() / 2 / settings_.bending_q_per_mm;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const CubicBasis& basis = nodes_[i];
+    const double square = combine(C, basis.first, basis.second_derivative).squaredNorm() +
+                          equations_.covariance(basis.first, basis.second_derivative).trace();
+    factors[static_cast<Eigen::Index>(i)] = scale * square;
+  }
 }
 
 bool TubeMap::condense(const CoilObservations& coils, std::span<const ViewConstraints> views,

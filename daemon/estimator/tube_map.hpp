@@ -58,12 +58,19 @@ class TubeMap {
   TubeMap(const EstimatorSettings& settings, double length_mm, int coils_with_error = 0,
           int further_columns = 0);
 
-  /// Weights of the tube's own stiffness from here on, in units of those in the settings: `strain` multiplies
-  /// sigma_strain, `bending` the square of the bending residuals.
-  void set_stiffness(double strain_sigma_factor, double bending_factor) {
-    strain_sigma_factor_ = strain_sigma_factor;
-    bending_factor_ = bending_factor;
-  }
+  /// Multiplies sigma_strain of the settings from here on.
+  void set_strain_slack(double factor) { strain_sigma_factor_ = factor; }
+
+  /// Multiplies bending_q_per_mm of the settings from here on, at each node of the integral of Eq. (13): ones
+  /// until then, bending_node_count() of them, from the tip on.
+  void set_bending(const Eigen::VectorXd& factors) { bending_ = factors; }
+
+  /// Evenly spaced in the mean, two to a segment of the spline.
+  [[nodiscard]] Eigen::Index bending_node_count() const { return static_cast<Eigen::Index>(nodes_.size()); }
+
+  /// The factors that a tube would have which bends at each node as much as this one is expected to, by C and
+  /// its covariance. Precondition: invert_at() was true.
+  void expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors) const;
 
   /// Standard deviations of what is noise of a coil from here on, an axis; those of the settings until then.
   void set_coil_noise(double sigma_position_mm, double sigma_tangent) {
@@ -156,6 +163,7 @@ class TubeMap {
   int coils_with_error_;
   int further_columns_;
   std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
+  Eigen::VectorXd bending_;        ///< at each of them
   std::vector<PreparedView> line_views_;
   std::vector<PreparedLine> lines_;                    ///< of all views, one after another; so are the next
   std::array<std::vector<double>, 3> line_points_;     ///< x, y, z
@@ -168,7 +176,6 @@ class TubeMap {
   double sigma_position_mm_;
   double sigma_tangent_;
   double strain_sigma_factor_ = 1;
-  double bending_factor_ = 1;
 };
 
 }  // namespace tubed

@@ -24,6 +24,7 @@ struct WhitenedResiduals {
   CoilObservations coils;
   const Camera* camera;
   std::vector<LineConstraint> lines;
+  Eigen::VectorXd bending;  ///< multiplies bending_q_per_mm at the nodes
 
   [[nodiscard]] int count() const {
     return 6 * coils.count + 8 * (spline.coefficient_count() - 3) + static_cast<int>(lines.size());
@@ -46,11 +47,12 @@ struct WhitenedResiduals {
     }
     const double h = spline.spacing_mm();
     const double offset = 0.5 / std::sqrt(3.0);  // two-point Gauss-Legendre
+    Eigen::Index next = 0;
     for (int segment = 0; segment < spline.coefficient_count() - 3; ++segment) {
       for (const double node : {0.5 - offset, 0.5 + offset}) {
         const CubicBasis basis = spline.basis((segment + node) * h);
-        const Eigen::Vector3d second =
-            combine(C, basis.first, basis.second_derivative) * std::sqrt(h / 2 / settings.bending_q_per_mm);
+        const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative) *
+                                       std::sqrt(h / 2 / (settings.bending_q_per_mm * bending[next++]));
         for (int axis = 0; axis < 3; ++axis) {
           *r++ = second[axis];
         }
@@ -125,6 +127,10 @@ TEST(TubeMap, MinimumIsTheOneCeresFindsOnTheSameResiduals) {
   ASSERT_GT(lines.size(), 20U);
   for (unsigned seed = 1; seed <= 5; ++seed) {
     TubeMap map(EstimatorSettings{}, 380);
+    // Softer and softer from the base to the tip; the first seed as the settings say.
+    const Eigen::VectorXd bending =
+        Eigen::VectorXd::LinSpaced(map.bending_node_count(), static_cast<double>(seed), 1 / (2.0 * seed - 1));
+    map.set_bending(bending);
     const CoilObservations coils = coils_of(room, 4, seed);
     Eigen::Matrix3Xd C(3, EstimatorSettings{}.coefficient_count);
     bool converged = false;
@@ -134,7 +140,7 @@ TEST(TubeMap, MinimumIsTheOneCeresFindsOnTheSameResiduals) {
     map.refine(coils, {&view, 1}, nullptr, EstimatorSettings{}.iterations, C, converged);
     EXPECT_TRUE(converged);
     double ceres_cost = 0;
-    const WhitenedResiduals residuals{EstimatorSettings{}, map.spline(), coils, &camera, lines};
+    const WhitenedResiduals residuals{EstimatorSettings{}, map.spline(), coils, &camera, lines, bending};
     const Eigen::Matrix3Xd by_ceres = solve_with_ceres(residuals, start, ceres_cost);
     std::vector<double> r(static_cast<std::size_t>(residuals.count()));
     const double* parameters = C.data();
