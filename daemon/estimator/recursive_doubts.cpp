@@ -22,7 +22,7 @@ constexpr int kDoubtedTimes = 2;
 // A snap: coils off the shape in the mean (chi^2 a coil, 3 dof), at least one of them for certain, and a
 // third as far off a shape of this instant. One coil may be wrong by itself: it has to say so in two
 // measurements.
-constexpr double kSnappedFrom = 5;
+constexpr double kSnappedFrom = 4;
 constexpr double kContradictingFrom = 7;
 constexpr double kFarBetterAlone = 0.33;
 // Caught beside the tube. In frames that were not, both shapes were within 2 px, in those that were, 7 to 14
