@@ -9,7 +9,9 @@ namespace {
 
 constexpr double kAveragedOver_mm = 10;  // of the tube, standard deviation of a Gaussian
 constexpr double kMemory_s = 0.5;
-constexpr double kLeast = 0.1;  // of the settings: a tube as straight as a line can still be bent
+// Weight of the settings, in units of one shape's. So a tube as straight as a line can still be bent, and
+// where nothing is measured, so that the expectation is what it was, the settings are what is left.
+constexpr double kOfTheSettings = 0.2;
 
 }  // namespace
 
@@ -31,7 +33,7 @@ void LearntBending::learn(const TubeMap& map, const Eigen::Matrix3Xd& C, double 
   const double share = std::clamp(interval_s / kMemory_s, 0.0, 1.0);
   map.expect_bending(C, expected_);
   averaged_.noalias() = averaging_ * expected_;
-  factors.array() += share * (kLeast + averaged_.array() - factors.array());
+  factors.array() += share * ((kOfTheSettings + averaged_.array()) / (kOfTheSettings + 1) - factors.array());
 }
 
 }  // namespace tubed

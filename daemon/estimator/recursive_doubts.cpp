@@ -20,9 +20,10 @@ constexpr double kBetterAlone = 0.5;
 constexpr double kSeenAsWell = 0.9;
 constexpr int kDoubtedTimes = 2;
 // A snap: coils off the shape in the mean (chi^2 a coil, 3 dof), at least one of them for certain, and a
-// third as far off a shape of this instant. One coil may be wrong by itself: it has to say so in two
-// measurements.
+// third as far off a shape of this instant. One coil may be wrong by itself: it has to say more, and so in
+// two measurements.
 constexpr double kSnappedFrom = 4;
+constexpr double kSnappedFromByOne = 5;
 constexpr double kContradictingFrom = 7;
 constexpr double kFarBetterAlone = 0.33;
 // Caught beside the tube. In frames that were not, both shapes were within 2 px, in those that were, 7 to 14
@@ -83,7 +84,8 @@ int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const Co
       contradicting += chi_squared > kContradictingFrom ? 1 : 0;
     }
   }
-  const bool snapped = contradicting > 0 && distance > kSnappedFrom * all.used_count() &&
+  const double enough = contradicting > 1 ? kSnappedFrom : kSnappedFromByOne;
+  const bool snapped = contradicting > 0 && distance > enough * all.used_count() &&
                        better_alone(observation, all, kFarBetterAlone * distance, estimate);
   return snapped ? contradicting : 0;
 }

@@ -38,6 +38,20 @@ class CostSum {
   double cost_ = 0;
 };
 
+// How much of the second derivative's square at each node of the integral is there by the residuals of
+// bending alone, all weighing the same, in units of what one axis has: 1 in the middle of a tube, more at its
+// ends. The second derivative is a straight line between the ends of the `segments`.
+Eigen::VectorXd bending_by_itself(Eigen::Index segments) {
+  Eigen::MatrixXd at_nodes = Eigen::MatrixXd::Zero(2 * segments, segments + 1);
+  for (Eigen::Index i = 0; i < at_nodes.rows(); ++i) {
+    const double u = kGaussNodes[static_cast<std::size_t>(i % 2)];
+    at_nodes(i, i / 2) = 1 - u;
+    at_nodes(i, i / 2 + 1) = u;
+  }
+  const Eigen::MatrixXd mass = at_nodes.transpose() * at_nodes;
+  return 2 * (at_nodes * mass.inverse()).cwiseProduct(at_nodes).rowwise().sum();
+}
+
 }  // namespace
 
 TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_with_error,
@@ -58,6 +72,7 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
     }
   }
   bending_ = Eigen::VectorXd::Ones(bending_node_count());
+  bending_by_itself_ = bending_by_itself(spline_.coefficient_count() - 3);
   line_views_.reserve(kMaxCameras);
   lines_.reserve(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
   reserve_lines(lines_.capacity());
@@ -279,15 +294,20 @@ bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConst
   return equations_.invert();
 }
 
-// A segment of length h has one coefficient, so that curvature of variance q a length across the tube, on two
-// axes, makes h |zeta''|^2 = 2 q in expectation.
+// Across the tube alone: what strain leaves free along it is no bend. Of two axes there, curvature of
+// variance q a length makes h |zeta''|^2 = 2 q in expectation, but for the ends.
 void TubeMap::expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors) const {
   const double scale = spline_.spacing_mm() / 2 / settings_.bending_q_per_mm;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const CubicBasis& basis = nodes_[i];
-    const double square = combine(C, basis.first, basis.second_derivative).squaredNorm() +
-                          equations_.covariance(basis.first, basis.second_derivative).trace();
-    factors[static_cast<Eigen::Index>(i)] = scale * square;
+    const auto node = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d along = combine(C, basis.first, basis.first_derivative).normalized();
+    const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
+    const Eigen::Matrix3d covariance = equations_.covariance(basis.first, basis.second_derivative);
+    const double part_along = along.dot(second);
+    const double square =
+        second.squaredNorm() - part_along * part_along + covariance.trace() - along.dot(covariance * along);
+    factors[node] = scale * square / bending_by_itself_[node];
   }
 }
 

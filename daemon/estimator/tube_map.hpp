@@ -69,7 +69,8 @@ class TubeMap {
   [[nodiscard]] Eigen::Index bending_node_count() const { return static_cast<Eigen::Index>(nodes_.size()); }
 
   /// The factors that a tube would have which bends at each node as much as this one is expected to, by C and
-  /// its covariance. Precondition: invert_at() was true.
+  /// its covariance: where nothing is measured, about those it was inverted with. Precondition: invert_at()
+  /// was true.
   void expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors) const;
 
   /// Standard deviations of what is noise of a coil from here on, an axis; those of the settings until then.
@@ -164,6 +165,7 @@ class TubeMap {
   int further_columns_;
   std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
   Eigen::VectorXd bending_;        ///< at each of them
+  Eigen::VectorXd bending_by_itself_;
   std::vector<PreparedView> line_views_;
   std::vector<PreparedLine> lines_;                    ///< of all views, one after another; so are the next
   std::array<std::vector<double>, 3> line_points_;     ///< x, y, z

@@ -17,7 +17,8 @@ namespace {
 constexpr double kLength_mm = 380;
 constexpr double kTip_mm = 50;
 constexpr double kTipRadius_mm = 33;
-constexpr double kLeast = 0.1;  // factor of a tube that does not bend at all
+constexpr double kOfTheSettings = 0.2;
+constexpr double kStraight = kOfTheSettings / (1 + kOfTheSettings);  // factor of a tube that does not bend
 
 /// A pre-shaped tip on a straight tube, in x-y.
 Eigen::Vector3d bent_tip_point(double s_mm) {
@@ -61,19 +62,22 @@ struct LearntBendingTest : testing::Test {
 TEST_F(LearntBendingTest, APreShapedTipGetsSofterAndTheStraightRestFirmer) {
   know(bent_tip_point, 1e-4);
   const Eigen::VectorXd factors = learn(10, ones);
-  const double of_tip =
-      kLeast + map.spline().spacing_mm() / (2 * settings.bending_q_per_mm) / (kTipRadius_mm * kTipRadius_mm);
+  const double of_tip = kStraight + map.spline().spacing_mm() / (2 * settings.bending_q_per_mm) /
+                                        (kTipRadius_mm * kTipRadius_mm) / (1 + kOfTheSettings);
   for (Eigen::Index i = 0; i < factors.size(); ++i) {
-    if (s_mm(i) < kTip_mm - 30) {
-      EXPECT_NEAR(factors[i], of_tip, 0.1 * of_tip) << s_mm(i);
+    if (s_mm(i) < kTip_mm - 30) {  // less at the very end, which bends more by itself
+      EXPECT_GT(factors[i], 0.6 * of_tip) << s_mm(i);
+      EXPECT_LT(factors[i], of_tip) << s_mm(i);
     } else if (s_mm(i) > kTip_mm + 50) {
-      EXPECT_NEAR(factors[i], kLeast, 0.01) << s_mm(i);
+      EXPECT_NEAR(factors[i], kStraight, 0.01) << s_mm(i);
     }
   }
 }
 
 // Curves as the residuals of Eq. (13) expect them: N(0, A^-1) on each axis across the tube, A their matrix.
 TEST_F(LearntBendingTest, TubesThatBendAsTheSettingsSayKeepTheSettings) {
+  settings.bending_q_per_mm = 1e-8;  // nearly straight, so that two axes are across the tube
+  map = TubeMap(settings, kLength_mm);
   const UniformCubicBSpline& spline = map.spline();
   const Eigen::Index n = spline.coefficient_count();
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
@@ -92,6 +96,7 @@ TEST_F(LearntBendingTest, TubesThatBendAsTheSettingsSayKeepTheSettings) {
   constexpr int kDraws = 300;
   for (int draw = 0; draw < kDraws; ++draw) {
     C.setZero();
+    C.row(0).setLinSpaced(-spline.spacing_mm(), kLength_mm + spline.spacing_mm());
     for (Eigen::Index mode = 2; mode < n; ++mode) {  // two are straight lines
       for (const Eigen::Index axis : {1, 2}) {
         C.row(axis) += normal(random) / std::sqrt(modes.eigenvalues()[mode]) *
@@ -101,9 +106,10 @@ TEST_F(LearntBendingTest, TubesThatBendAsTheSettingsSayKeepTheSettings) {
     invert(1e-5);
     sum += learn(10, ones);
   }
-  // Of n - 2 bends on n - 3 segments.
-  const double expected = kLeast + static_cast<double>(n - 2) / static_cast<double>(n - 3);
-  EXPECT_NEAR(sum.mean() / kDraws, expected, 0.03 * expected);
+  for (Eigen::Index i = 0; i < sum.size(); ++i) {
+    EXPECT_NEAR(sum[i] / kDraws, 1, 0.2) << s_mm(i);
+  }
+  EXPECT_NEAR(sum.mean() / kDraws, 1, 0.03);
 }
 
 TEST_F(LearntBendingTest, WhereLittleIsKnownTheTubeMayBendMoreThanItSeems) {
@@ -128,6 +134,21 @@ TEST_F(LearntBendingTest, WhereLittleIsKnownTheTubeMayBendMoreThanItSeems) {
   }
   for (Eigen::Index i = 0; i < ones.size(); ++i) {
     EXPECT_NEAR(sum[i] / kDraws, expected[i], 0.1 * expected[i]) << s_mm(i);
+  }
+}
+
+// It would be made softer and softer, or firmer and firmer, by what was made of it before.
+TEST_F(LearntBendingTest, WhereNothingIsMeasuredTheSettingsAreWhatIsLeft) {
+  for (const double before : {0.1, 1.0, 10.0}) {
+    Eigen::VectorXd factors = before * ones;
+    for (int shape = 0; shape < 600; ++shape) {  // a minute
+      map.set_bending(factors);
+      know([](double s_mm) { return Eigen::Vector3d(s_mm, 0, 0); }, 1e3);
+      factors = learn(0.1, factors);
+    }
+    for (Eigen::Index i = 0; i < factors.size(); ++i) {
+      EXPECT_NEAR(factors[i], 1, 0.3) << "from " << before << " at " << s_mm(i);
+    }
   }
 }
 
@@ -171,6 +192,10 @@ double seen_bend_of_tip_mm(EstimatorMode mode) {
     observation.instant = observation.now = now;
     observation.em = history.get();
     estimator->estimate(observation, *estimate);
+    if (estimate->point_count < 2) {
+      ADD_FAILURE() << "no shape";
+      return 0;
+    }
     for (std::size_t i = 0; k > kSettled && i < sum.size(); ++i) {
       const double point = 12.0 * static_cast<double>(i * (estimate->point_count - 1)) /
                            static_cast<double>(estimate->length_mm);
@@ -182,7 +207,8 @@ double seen_bend_of_tip_mm(EstimatorMode mode) {
   return bend_of_tip_mm(sum);
 }
 
-// A single instant cannot learn it, and flattens the bend.
+// A single instant cannot learn it, and flattens the bend by 1.7 mm; the filter by 0.7 of that without
+// learning it.
 TEST(RecursiveEstimator, LearnsThatTheTipIsPreShaped) {
   const double true_mm = bend_of_tip_mm({bent_tip_point(0), bent_tip_point(12), bent_tip_point(24)});
   const double alone_mm = seen_bend_of_tip_mm(EstimatorMode::kEm);
