@@ -163,9 +163,9 @@ class TubeMap {
   UniformCubicBSpline spline_;
   int coils_with_error_;
   int further_columns_;
-  std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
-  Eigen::VectorXd bending_;        ///< at each of them
-  Eigen::VectorXd bending_by_itself_;
+  std::vector<CubicBasis> nodes_;      ///< of the integrals over arc length
+  Eigen::VectorXd bending_;            ///< at each of them
+  Eigen::VectorXd bending_by_itself_;  ///< what expect_bending() divides by: more at the ends
   std::vector<PreparedView> line_views_;
   std::vector<PreparedLine> lines_;                    ///< of all views, one after another; so are the next
   std::array<std::vector<double>, 3> line_points_;     ///< x, y, z

@@ -17,7 +17,7 @@ namespace {
 constexpr double kLength_mm = 380;
 constexpr double kTip_mm = 50;
 constexpr double kTipRadius_mm = 33;
-constexpr double kOfTheSettings = 0.2;
+constexpr double kOfTheSettings = 0.2;  // weight of the settings beside one shape
 constexpr double kStraight = kOfTheSettings / (1 + kOfTheSettings);  // factor of a tube that does not bend
 
 /// A pre-shaped tip on a straight tube, in x-y.
