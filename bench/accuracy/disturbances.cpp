@@ -12,17 +12,21 @@ namespace tubed {
 
 namespace {
 
-/// `error_em_mm` of the time of measurement added to one coil's positions.
-Sequence with_coil_error(Sequence sequence, int coil,
-                         const std::function<Eigen::Vector3d(double t_s)>& error_em_mm) {
+/// `change` of one coil of every measurement, and of the time of it.
+template <typename Change>
+Sequence with_coil_changed(Sequence sequence, int coil, const Change& change) {
   bool any = false;
   for (SequenceMeasurement& measurement : sequence.measurements) {
     if (coil < 0 || coil >= measurement.coil_count) continue;
-    measurement.coils[static_cast<std::size_t>(coil)].p_em_mm += error_em_mm(measurement.t_s);
+    change(measurement.coils[static_cast<std::size_t>(coil)], measurement.t_s);
     any = true;
   }
   if (!any) throw std::invalid_argument("no measurement has a coil " + std::to_string(coil));
   return sequence;
+}
+
+double start_of(const Sequence& sequence) {
+  return sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
 }
 
 }  // namespace
@@ -59,16 +63,24 @@ Sequence with_coils_dropped(Sequence sequence, double share, unsigned seed) {
 Sequence with_coil_lying(Sequence sequence, int coil, double error_mm, unsigned seed) {
   std::mt19937_64 random(seed);
   const Eigen::Vector3d error_em_mm = error_mm * random_direction(random);
-  return with_coil_error(std::move(sequence), coil, [=](double) { return error_em_mm; });
+  return with_coil_changed(std::move(sequence), coil,
+                           [=](CoilSample& sample, double) { sample.p_em_mm += error_em_mm; });
 }
 
 Sequence with_coil_erratic(Sequence sequence, int coil, double error_mm, double wrong_s, double period_s,
                            unsigned seed) {
   std::mt19937_64 random(seed);
-  const double start_s = sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
-  return with_coil_error(std::move(sequence), coil, [&](double t_s) -> Eigen::Vector3d {
+  const double start_s = start_of(sequence);
+  return with_coil_changed(std::move(sequence), coil, [&](CoilSample& sample, double t_s) {
     const Eigen::Vector3d error_em_mm = error_mm * random_direction(random);
-    return is_off(t_s, start_s, wrong_s, period_s) ? error_em_mm : Eigen::Vector3d::Zero();
+    if (is_off(t_s, start_s, wrong_s, period_s)) sample.p_em_mm += error_em_mm;
+  });
+}
+
+Sequence with_coil_missing(Sequence sequence, int coil, double off_s, double period_s) {
+  const double start_s = start_of(sequence);
+  return with_coil_changed(std::move(sequence), coil, [=](CoilSample& sample, double t_s) {
+    if (is_off(t_s, start_s, off_s, period_s)) sample = CoilSample{};
   });
 }
 

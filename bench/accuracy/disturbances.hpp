@@ -34,6 +34,9 @@ Sequence with_coil_lying(Sequence sequence, int coil, double error_mm, unsigned 
 Sequence with_coil_erratic(Sequence sequence, int coil, double error_mm, double wrong_s, double period_s,
                            unsigned seed);
 
+/// The same coil missing for the last `off_s` of every `period_s` from the first measurement on.
+Sequence with_coil_missing(Sequence sequence, int coil, double off_s, double period_s);
+
 /// Every `step`-th image (from the step-th on) replaced by the first one of the same camera: a catheter that
 /// is not there any more, as a grabber with a stale buffer shows it. 0: none.
 Sequence with_wrong_images(Sequence sequence, std::size_t step);

@@ -160,6 +160,22 @@ Study liar_study(const Sequence& sequence) {
   return study;
 }
 
+/// The tip's coil, beyond which nothing is held. Only the instants without it are judged, but for 0, where
+/// all are.
+Study loose_tip_study(const Sequence& sequence) {
+  constexpr double kPeriod_s = 8;
+  Study study{"s of every 8 without the tip's coil (judged: these)", {}};
+  const double start_s = sequence.measurements.empty() ? 0 : sequence.measurements.front().t_s;
+  for (const double off_s : {0.0, 1.0, 2.0, 4.0}) {
+    Variant variant{off_s, with_coil_missing(sequence, 0, off_s, kPeriod_s)};
+    variant.judged = [=](const SequenceInstant& instant) {
+      return off_s == 0 || is_off(instant.t_s, start_s, off_s, kPeriod_s);
+    };
+    study.variants.push_back(std::move(variant));
+  }
+  return study;
+}
+
 /// The tip's coil, which has a neighbour on one side only. Judged: while it is wrong and one second after;
 /// all instants where it never is.
 Study erratic_study(const Sequence& sequence) {
@@ -203,6 +219,7 @@ std::vector<Study> studies_of(const Sequence& sequence) {
   studies.push_back(coefficient_study(sequence));
   studies.push_back(fluoroscopy_study(sequence));
   studies.push_back(drop_study(sequence));
+  studies.push_back(loose_tip_study(sequence));
   studies.push_back(liar_study(sequence));
   studies.push_back(erratic_study(sequence));
   studies.push_back(wrong_image_study(sequence));

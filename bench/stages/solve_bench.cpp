@@ -102,7 +102,7 @@ struct OneSolve {
   }
 
   bool look(const Observation& observation) {
-    return views.measure(observation, map.spline(), start, static_cast<int>(settings.image_search_px),
+    return views.measure(observation, map.spline(), start, {static_cast<int>(settings.image_search_px)},
                          estimate);
   }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tubed {
 
@@ -49,6 +50,15 @@ int CoilObservations::used_count() const {
     used += coils[static_cast<std::size_t>(i)].used() ? 1 : 0;
   }
   return used;
+}
+
+double CoilObservations::first_used_mm() const {
+  double first_mm = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i) {
+    const CoilObservation& coil = coils[static_cast<std::size_t>(i)];
+    first_mm = coil.used() ? std::min(first_mm, coil.s_mm) : first_mm;
+  }
+  return std::isfinite(first_mm) ? first_mm : 0;
 }
 
 bool CoilObservations::nearest_is_used(double place_mm) const {

@@ -24,6 +24,11 @@ struct CoilObservations {
   int count = 0;
   std::array<CoilObservation, kMaxCoils> coils;
   [[nodiscard]] int used_count() const;
+  /// Arc length of the first one that takes part, mm from the tip; 0 when none does.
+  [[nodiscard]] double first_used_mm() const;
+  /// Is that near enough to the tip to say where it is?
+  [[nodiscard]] bool hold_tip() const { return first_used_mm() <= kTipIsHeldFrom_mm; }
+  static constexpr double kTipIsHeldFrom_mm = 30;
   /// Does the coil that is nearest to this place on the tube, mm from the tip, take part?
   [[nodiscard]] bool nearest_is_used(double place_mm) const;
 };

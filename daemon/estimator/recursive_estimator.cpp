@@ -215,6 +215,8 @@ bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<con
   Eigen::Matrix3Xd& C = state_.C;
   C.setZero();
   C.leftCols(start_.C().cols()) = start_.C();
+  state_.bending = start_.bending();
+  map_.set_bending(state_.bending);
   map_.set_strain_slack(kStrainSlack);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
   estimate.iterations +=
@@ -318,7 +320,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                 interval_s);
   learn_drift(interval_s);
-  ask_alone(frame, history);
+  ask_alone(frame, history, interval_s);
   learn_bending_from_coils(estimate);
   remember();
 }

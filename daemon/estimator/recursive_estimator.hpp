@@ -134,6 +134,8 @@ class RecursiveEstimator final : public Estimator {
   void learn_bending_from_coils(TubeEstimate& estimate);
   [[nodiscard]] double variance_factor() const;
   void adapt_freedom(double pulled, double expected, double interval_s);
+  [[nodiscard]] bool tip_is_out_of_reach() const;
+  void trace_tip(const Observation& observation, double loose_mm, TubeEstimate& estimate);
   bool shows_tube(const TubeEstimate& estimate);
   double gate(CoilObservations& coils, MonotonicTime time);
   [[nodiscard]] double gate_of(const GatedCoil& gated, double off_itself_mm2,
@@ -142,9 +144,11 @@ class RecursiveEstimator final : public Estimator {
   [[nodiscard]] bool is_erratic(const GatedCoil& gated) const;
   double freedom_for(double surprise);
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
+  [[nodiscard]] Eigen::Matrix3d covariance_of(std::span<const Eigen::Index> columns,
+                                              std::span<const double> weights) const;
   [[nodiscard]] bool most_are_gated() const;
   [[nodiscard]] bool is_lost() const;
-  void ask_alone(const EmFrame& frame, const EmHistory& history);
+  void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
   void leave_out_as_found(const CoilObservations& coils);
   void leave_out_gated(CoilObservations& coils) const;
   void leave_out_erratic(CoilObservations& coils) const;

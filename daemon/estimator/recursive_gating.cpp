@@ -44,9 +44,15 @@ Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation&
   columns[4] = map_.position_error_column(index);
   weights[4] = 1;
   const double noise_mm = state_.noise.noise_position_mm();
-  Eigen::Matrix3d sum = noise_mm * noise_mm * Eigen::Matrix3d::Identity();
-  for (std::size_t a = 0; a < 5; ++a) {
-    for (std::size_t b = 0; b < 5; ++b) {
+  return noise_mm * noise_mm * Eigen::Matrix3d::Identity() + covariance_of(columns, weights);
+}
+
+// Of the sum of weights[k] times that column.
+Eigen::Matrix3d RecursiveEstimator::covariance_of(std::span<const Eigen::Index> columns,
+                                                  std::span<const double> weights) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t a = 0; a < columns.size(); ++a) {
+    for (std::size_t b = 0; b < columns.size(); ++b) {
       sum += weights[a] * weights[b] * state_.P.block<3, 3>(3 * columns[a], 3 * columns[b]);
     }
   }
@@ -142,9 +148,10 @@ bool RecursiveEstimator::most_are_gated() const {
 // A contradicting coil that they do not name is borne for a long while after images have shown the tube where
 // it is expected, or after they have named it; but not for ever: images do not see depth. Whom they no longer
 // name may be right.
-void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history) {
+void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s) {
   const bool is_young = seconds_between(state_.began, frame.measured) < kYoungFor_s;
-  if (state_.disowned || (!is_young && seconds_between(state_.asked, frame.measured) < kAskedEvery_s)) {
+  const double nearest_to_it_s = kAskedEvery_s - interval_s / 2;
+  if (state_.disowned || (!is_young && seconds_between(state_.asked, frame.measured) < nearest_to_it_s)) {
     return;
   }
   state_.asked = frame.measured;

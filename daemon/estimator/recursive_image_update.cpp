@@ -12,6 +12,7 @@ constexpr double kImageVarianceFactor = 1;  // beside image_temper
 constexpr double kFewestAgreeing = 0.62;    // share of lines; as in SingleFrameSolver
 constexpr double kDoubtfulAgreeing = 0.78;
 constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
+constexpr double kSureOfTip_px = RecursiveEstimator::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
 // Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
 constexpr double kFreedomMemory_s = 0.5;
@@ -53,10 +54,13 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
     return;
   }
   C_before_ = state_.C;
+  if (!coils.hold_tip() && tip_is_out_of_reach()) {
+    trace_tip(observation, coils.first_used_mm(), estimate);
+  }
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map_.spline(), coefficients_, reach, estimate);
+    looked = views_.measure(observation, map_.spline(), coefficients_, {reach, coils.hold_tip()}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;
@@ -97,6 +101,42 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
                 interval_s);
   learn_drift(interval_s);
   state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
+}
+
+// Is it known so badly across itself that lines of the first reach may miss it?
+bool RecursiveEstimator::tip_is_out_of_reach() const {
+  const CubicBasis tip = map_.spline().basis(0);
+  const Eigen::Vector3d p_world_mm = combine(state_.C, tip.first, tip.value);
+  const Eigen::Vector3d tangent_world = combine(state_.C, tip.first, tip.first_derivative);
+  const std::array<Eigen::Index, 4> columns{tip.first, tip.first + 1, tip.first + 2, tip.first + 3};
+  const Eigen::Matrix3d covariance_mm2 = covariance_of(columns, tip.value);
+  for (std::size_t view = 0; view < views_.count(); ++view) {
+    const auto here = views_.camera(view).project(p_world_mm);
+    if (!here || !views_.camera(view).contains(here->p_image_px)) {
+      continue;
+    }
+    const Eigen::Vector2d along = (here->J_image_world * tangent_world).normalized();
+    const Eigen::Vector2d across(-along.y(), along.x());
+    const Eigen::Vector3d gradient = here->J_image_world.transpose() * across;
+    if (gradient.dot(covariance_mm2 * gradient) > kSureOfTip_px * kSureOfTip_px) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// As SingleFrameSolver does at a beginning, from the prediction.
+void RecursiveEstimator::trace_tip(const Observation& observation, double loose_mm, TubeEstimate& estimate) {
+  soften_traced_tip(loose_mm, map_.spline().length_mm(), state_.bending);
+  image_map_.set_bending(state_.bending);
+  for (double from_mm = loose_mm - kTracedPiece_mm; from_mm > 0; from_mm -= kTracedPiece_mm) {
+    views_.measure(observation, map_.spline(), coefficients_, {kFirstReach_px, false, from_mm}, estimate);
+    const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
+    if (lines.empty()) {
+      return;
+    }
+    refine(lines, estimate);
+  }
 }
 
 bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {

@@ -20,14 +20,23 @@ constexpr double kGreatestPull = 8;
 
 }  // namespace
 
+void soften_traced_tip(double loose_mm, double length_mm, Eigen::VectorXd& bending) {
+  constexpr double kBendingOfATracedTip = 20;
+  const double nodes = loose_mm / length_mm * static_cast<double>(bending.size());
+  bending.head(static_cast<Eigen::Index>(nodes)).setConstant(kBendingOfATracedTip);
+}
+
 SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double length_mm)
     : settings_(settings),
       map_(settings, length_mm),
       C_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
       C_em_(C_),
+      bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_without_(C_) {}
 
 bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate) {
+  bending_.setOnes();
+  map_.set_bending(bending_);
   if (!map_.solve_linear(coils, C_)) {
     return false;
   }
@@ -75,10 +84,11 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
                                             TubeViews& views, TubeEstimate& estimate) {
   C_em_ = C_;
   const double coil_cost_before = map_.contradiction(coils, C_);
+  trace_tip(observation, coils, views, estimate);
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    const bool looked = views.measure(observation, map_.spline(), C_, reach, estimate);
+    const bool looked = views.measure(observation, map_.spline(), C_, {reach, coils.hold_tip()}, estimate);
     const auto lines = views.constraints(observation, 1, false);
     if (!lines.empty()) {
       estimate.iterations += static_cast<std::uint32_t>(
@@ -94,10 +104,39 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
     views.forget_instant(observation.instant);
     estimate.has_image = false;
     C_ = C_em_;
+    bending_.setOnes();
+    map_.set_bending(bending_);
   } else if (verdict == ImageVerdict::kShowsTube) {
     views.trust(observation);
   }
   return verdict;
+}
+
+// Where no coil holds the tip the shape goes straight on, and is soon further off the tube than lines reach:
+// it is followed from the first coil outward, a piece at a time. What led it there may bend it.
+void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObservations& coils,
+                                  TubeViews& views, TubeEstimate& estimate) {
+  if (coils.hold_tip()) {
+    return;
+  }
+  const double loose_mm = coils.first_used_mm();
+  const int reach = std::clamp(static_cast<int>(settings_.image_search_px), 3, LineSearch::kMaxReach);
+  bool led = false;
+  for (double from_mm = loose_mm - kTracedPiece_mm; from_mm > 0; from_mm -= kTracedPiece_mm) {
+    if (!views.measure(observation, map_.spline(), C_, {reach, false, from_mm}, estimate)) {
+      return;
+    }
+    const auto lines = views.constraints(observation, 1, true);
+    if (!lines.empty()) {
+      led = true;
+      estimate.iterations += static_cast<std::uint32_t>(
+          map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
+    }
+  }
+  if (led) {
+    soften_traced_tip(loose_mm, map_.spline().length_mm(), bending_);
+    map_.set_bending(bending_);
+  }
 }
 
 // chi^2 a coil that the lines cost.

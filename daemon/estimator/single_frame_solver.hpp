@@ -15,6 +15,14 @@ enum class ImageVerdict {
   kLost,         ///< it shows no tube, or another one
 };
 
+/// A tip that no coil holds is followed through images from the first coil outward, so far at a time, mm.
+inline constexpr double kTracedPiece_mm = 8;
+
+/// It may bend more than tubes mostly do: a shape of the settings' stiffness would cut its bends short, and
+/// put what is left of its length into depth. Sets TubeMap::set_bending()'s factors over the first
+/// `loose_mm`.
+void soften_traced_tip(double loose_mm, double length_mm, Eigen::VectorXd& bending);
+
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class SingleFrameSolver {
  public:
@@ -28,9 +36,10 @@ class SingleFrameSolver {
   bool solve_em(CoilObservations& coils, TubeEstimate& estimate);
 
   /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
-  /// together, three rounds with narrowing lines. Between images the lines of the newest one help once more.
-  /// An image that does not show the tube (too few lines agree, or those that do contradict the coils) is
-  /// dropped and the shape of the coils stays.
+  /// together, three rounds with narrowing lines. A tip that no coil holds is followed through the images
+  /// before, and may bend as it does there (bending()). Between images the lines of the newest one help once
+  /// more. An image that does not show the tube (too few lines agree, or those that do contradict the coils)
+  /// is dropped and the shape of the coils stays.
   ImageVerdict fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
                            TubeEstimate& estimate);
 
@@ -38,10 +47,15 @@ class SingleFrameSolver {
   bool invert(const Observation& observation, const CoilObservations& coils, TubeViews& views);
 
   [[nodiscard]] const Eigen::Matrix3Xd& C() const { return C_; }
+
+  /// Factors on how much the shape found may bend, see TubeMap::set_bending().
+  [[nodiscard]] const Eigen::VectorXd& bending() const { return bending_; }
   [[nodiscard]] const TubeMap& map() const { return map_; }
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:
+  void trace_tip(const Observation& observation, const CoilObservations& coils, TubeViews& views,
+                 TubeEstimate& estimate);
   double pull_on(const CoilObservations& coils, double coil_cost_before);
   ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before,
                             const TubeEstimate& estimate);
@@ -50,7 +64,8 @@ class SingleFrameSolver {
   EstimatorSettings settings_;
   TubeMap map_;
   Eigen::Matrix3Xd C_;
-  Eigen::Matrix3Xd C_em_;       ///< the shape before the images were asked
+  Eigen::Matrix3Xd C_em_;  ///< the shape before the images were asked
+  Eigen::VectorXd bending_;
   Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
   bool converged_ = false;
 };

@@ -32,7 +32,7 @@ TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescript
 }
 
 bool TubeViews::measure(const Observation& observation, const UniformCubicBSpline& spline,
-                        const Eigen::Matrix3Xd& C, int reach_px, TubeEstimate& estimate) {
+                        const Eigen::Matrix3Xd& C, const TubeSearch& search, TubeEstimate& estimate) {
   bool looked = false;
   estimate.has_image = false;
   estimate.image_inlier_ratio = 0;
@@ -43,8 +43,9 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
       continue;
     }
     View& view = views_[v];
-    const int in_view = project_lines(view.camera, spline, C, layout_, radius_mm_, lines_);
-    measure_view(*image, view, see_lines(observation, v, in_view, reach_px), reach_px);
+    const int in_view =
+        project_lines(view.camera, spline, C, layout_, radius_mm_, lines_) - leave_out_before(search.from_mm);
+    measure_view(*image, view, see_lines(observation, v, in_view, search.reach_px), search);
     looked = true;
     estimate.has_image = estimate.has_image || view.count > 0;
     estimate.image_inlier_ratio =
@@ -52,6 +53,17 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
     estimate.in_view_ratio = std::max(estimate.in_view_ratio, static_cast<float>(view.in_view_ratio));
   }
   return looked;
+}
+
+// How many of them were in view.
+int TubeViews::leave_out_before(double from_mm) {
+  int left_out = 0;
+  for (int i = 0; i < layout_.count && layout_.s_mm(i) < from_mm; ++i) {
+    CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+    left_out += line.in_view ? 1 : 0;
+    line.in_view = false;
+  }
+  return left_out;
 }
 
 // Has measured what is going to be read. A line where that is not to be had, or where no tube could be seen,
@@ -67,7 +79,8 @@ int TubeViews::see_lines(const Observation& observation, std::size_t v, int in_v
          drop_blind_lines(image, layout_, reach_px, lines_);
 }
 
-void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px) {
+void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view,
+                             const TubeSearch& search) {
   view.count = 0;
   view.exposure = image.exposure;
   view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
@@ -76,7 +89,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   if (view.lines_asked == 0) {
     return;
   }
-  const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, reach_px);
+  const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
@@ -90,11 +103,13 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
           layout_.s_mm(i), line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
   }
-  measure_end(image, view, outcome.ridge_height);
+  measure_end(image, view, outcome.ridge_height, search.tip_is_held);
 }
 
-// The lines say where the tube is across itself only; where its tip ends says where it is along itself.
-void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height) {
+// The lines say where the tube is across itself only; where its tip ends says where it is along itself. Where
+// no coil says that as well it counts for what it is. Otherwise a shape that stops short of the tube's end,
+// bends less and is steep for the rest of its length would be the more likely one.
+void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held) {
   int inside = 0;
   while (inside < kEndInside && inside < layout_.count && lines_[static_cast<std::size_t>(inside)].in_view) {
     ++inside;
@@ -130,7 +145,8 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
   if (end) {
     const Eigen::Vector2d end_px = tip_px + (kEndOutside_px - end->place) * outward;
     view.measured[static_cast<std::size_t>(view.count++)] = {
-        0, end_px, outward, (end->variance + kSigmaEnd_px * kSigmaEnd_px) * settings_.image_temper};
+        0, end_px, outward,
+        (end->variance + kSigmaEnd_px * kSigmaEnd_px) * (tip_is_held ? settings_.image_temper : 1)};
   }
 }
 

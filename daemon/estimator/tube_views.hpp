@@ -14,17 +14,23 @@
 
 namespace tubed {
 
+/// What of a tube is looked for in images, and how.
+struct TubeSearch {
+  int reach_px;             ///< to either side of its projection
+  bool tip_is_held = true;  ///< by a coil: where its end is in the image matters less
+  double from_mm = 0;       ///< arc length from the tip: nothing before it is looked for
+};
+
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class TubeViews {
  public:
   TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
             const RoomDescription& room);
 
-  /// Looks for the tube with coefficients C in every image of the instant, `reach_px` to either side of its
-  /// projection, and keeps the lines. Fills has_image, image_inlier_ratio and in_view_ratio. False when there
-  /// was no image.
+  /// Looks for the tube with coefficients C in every image of the instant and keeps the lines. Fills
+  /// has_image, image_inlier_ratio and in_view_ratio. False when there was no image.
   bool measure(const Observation& observation, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
-               int reach_px, TubeEstimate& estimate);
+               const TubeSearch& search, TubeEstimate& estimate);
 
   /// The kept lines for a solver, one element a view that has any: those of an image of that
   /// instant as measured, older ones worth less by the way the tube may have gone since, none older than
@@ -73,9 +79,10 @@ class TubeViews {
     double in_view_ratio = 0;
   };
 
+  int leave_out_before(double from_mm);
   int see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px);
-  void measure_view(const ImageMeasurement& image, View& view, int in_view, int reach_px);
-  void measure_end(const ImageMeasurement& image, View& view, float ridge_height);
+  void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);
+  void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 
   EstimatorSettings settings_;
   std::vector<View> views_;

@@ -69,7 +69,18 @@ TEST(Disturbances, AnErraticCoilIsWrongByThatMuchAtTheEndOfEveryPeriodAndNeverTh
   EXPECT_GT((errors_mm[2] - errors_mm[3]).norm(), 1);
 }
 
+TEST(Disturbances, ACoilIsMissingAtTheEndOfEveryPeriodAndTheOtherIsNot) {
+  const Sequence without = with_coil_missing(sequence_of(8), 1, 1, 2);
+
+  for (std::size_t i = 0; i < without.measurements.size(); ++i) {
+    const SequenceMeasurement& measurement = without.measurements[i];
+    EXPECT_EQ(measurement.coils[1].status == CoilStatus::kOk, i % 4 < 2) << i;
+    EXPECT_EQ(measurement.coils[0].status, CoilStatus::kOk);
+  }
+}
+
 TEST(Disturbances, ACoilThatNoMeasurementHasIsRefused) {
+  EXPECT_THROW(with_coil_missing(sequence_of(3), 2, 1, 2), std::invalid_argument);
   EXPECT_THROW(with_coil_lying(sequence_of(3), 2, 25, 7), std::invalid_argument);
 }
 

@@ -32,6 +32,19 @@ TEST(CoilObservation, ASensorOutsideTheFieldIsMissingNotAtTheOrigin) {
   EXPECT_EQ(coils.used_count(), 3);
 }
 
+TEST(CoilObservation, TheFirstCoilThatTakesPartHoldsTheTipIfItIsNear) {
+  CoilBench bench;
+  EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);
+  CoilObservations coils = bench.observe(frame);
+  EXPECT_EQ(coils.first_used_mm(), 10);
+  EXPECT_TRUE(coils.hold_tip());
+  coils.coils[0].state = CoilState::kOutlier;
+  EXPECT_EQ(coils.first_used_mm(), 90);
+  EXPECT_FALSE(coils.hold_tip());
+  for (CoilObservation& coil : coils.coils) coil.state = CoilState::kMissing;
+  EXPECT_EQ(coils.first_used_mm(), 0);
+}
+
 TEST(CoilObservation, OkWithoutAFinitePoseIsMissing) {
   CoilBench bench;
   EmFrame frame = measure_coils(bench.room, from_ns(1), 0, 1);

@@ -14,7 +14,7 @@
 
 namespace tubed {
 
-/// A filter fed with a measurement every 25 ms and, if wanted, an image every 100 ms.
+/// A filter fed with a measurement every 25 ms, if nothing else is wanted, and an image with every fourth.
 struct FilterBench {
   explicit FilterBench(RoomDescription in = one_view_room()) : room(std::move(in)) {
     settings.mode = EstimatorMode::kFilter;
@@ -22,7 +22,7 @@ struct FilterBench {
   }
   /// One more measurement, displaced by `shift_mm` in z; the shape after it.
   const TubeEstimate& measure(double shift_mm = 0, int outlier = -1) {
-    now += std::chrono::milliseconds(25);
+    now += interval;
     ++seed;
     EmFrame frame = measure_coils(room, now, 4, frozen ? 1 : seed);
     frame.tracker_frame = seed;
@@ -132,6 +132,7 @@ struct FilterBench {
   MonotonicTime newest_image{};
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
+  std::chrono::milliseconds interval{25};
   bool with_images = true;
   double outlier_mm = 30;
   int missing = -1;         ///< coil that drops out

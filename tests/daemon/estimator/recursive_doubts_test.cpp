@@ -179,6 +179,42 @@ TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgain) {
   }
 }
 
+// However seldom the tracker measures, its coils are asked about every half second.
+TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgainByASlowTrackerAsWell) {
+  FilterBench bench;
+  bench.interval = milliseconds(400);
+  bench.outlier_mm = 25;
+  for (int i = 0; i < 8; ++i) {
+    bench.measure(0, 0);
+  }
+  bench.outlier_mm = -30;
+  for (int i = 0; i < 4; ++i) {
+    bench.measure(0, 0);
+  }
+  ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier);
+  ASSERT_GT(bench.rms_mm(), 6);
+  bench.measure_times(4);
+  EXPECT_EQ(bench.estimate->coils[0].state, CoilState::kUsed);
+  EXPECT_LT(bench.rms_mm(), 3);
+}
+
+// It was never there, and the first image comes when the shape of the coils alone ends 30 mm beside the tip,
+// three times as far as lines reach.
+TEST(RecursiveDoubts, BegunWithoutTheTipsCoilItEndsWhereItIsSeenAndItsDepthIsUncertain) {
+  FilterBench bench;
+  bench.missing = 0;
+  bench.measure_times(3);
+  ASSERT_GT(bench.rms_mm(), 5);
+  for (int i = 0; i < 40; ++i) {
+    bench.measure();
+    const auto& tip = bench.estimate->points[0];
+    const Eigen::Vector3d error_mm = Eigen::Map<const Eigen::Vector3d>(tip.p_world_mm.data()) - arc_point(0);
+    ASSERT_LT(error_mm.head<2>().norm(), 3) << "measurement " << i;
+    ASSERT_LT(std::abs(error_mm.z()), 2 * std::sqrt(tip.covariance_mm2[5])) << "measurement " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), 2.5);
+}
+
 // All coils 20 mm away at once: the tube has snapped, and the coils are right.
 TEST(RecursiveDoubts, ASnapIsFollowedAtOnce) {
   FilterBench bench;

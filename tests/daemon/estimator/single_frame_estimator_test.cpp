@@ -104,6 +104,32 @@ TEST(SingleFrameEstimator, AnImageMovesTheTubeOntoItsProjection) {
   EXPECT_EQ(estimate.image_age_ns, 10'000'000);
 }
 
+/// How far the tip is from where it is seen, in the image plane.
+double tip_aside_mm(const TubeEstimate& estimate) {
+  const Eigen::Vector3d tip = Eigen::Map<const Eigen::Vector3d>(estimate.points[0].p_world_mm.data());
+  return (tip - arc_point(0)).head<2>().norm();
+}
+
+// The shape of the coils alone goes straight on for 90 mm, and ends 18 px beside a tip that bends.
+TEST(SingleFrameEstimator, ATipThatNoCoilHoldsIsFollowedThroughTheImage) {
+  for (const int coils_without : {1, 2}) {
+    EstimatorBench em(EstimatorMode::kEm);
+    EstimatorBench joint(EstimatorMode::kJoint);
+    EmFrame frame = measure_coils(em.room, em.t0, 1, 3);
+    for (int i = 0; i < coils_without; ++i) {
+      frame.coils[static_cast<std::size_t>(i)] = CoilSample{};
+    }
+    em.history->add(frame);
+    joint.history->add(frame);
+    const double before_mm = tip_aside_mm(em.tick(em.t0));
+    const TubeEstimate& estimate = joint.image(image_of_arc(em.room, em.t0), em.t0);
+    EXPECT_GT(before_mm, 10) << coils_without;
+    EXPECT_LT(tip_aside_mm(estimate), 4) << coils_without;
+    EXPECT_GT(estimate.image_inlier_ratio, 0.95F) << coils_without;
+    EXPECT_LT(rms_to_arc(estimate, true), 1) << coils_without;
+  }
+}
+
 TEST(SingleFrameEstimator, AnImageWithoutTheTubeIsSaidAndDoesNotPull) {
   EstimatorBench em(EstimatorMode::kEm);
   EstimatorBench joint(EstimatorMode::kJoint);

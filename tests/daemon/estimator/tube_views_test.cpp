@@ -20,14 +20,16 @@ struct Views {
       C.col(i) = arc_point((i - 1) * spline.spacing_mm());
     }
   }
-  void show(const Stretch& hidden) {
+  void show(const Stretch& hidden, const TubeSearch& search = {5}) {
     image = image_of_arc(room, now, hidden);
     Observation observation;
     observation.instant = observation.now = now;
     observation.images[0] = &image;
     observation.image_patience = milliseconds(120);
-    views.measure(observation, spline, C, 5, *estimate);
-    constraints = views.constraints(observation, 1, true).size();
+    views.measure(observation, spline, C, search, *estimate);
+    const auto found = views.constraints(observation, 1, true);
+    constraints = found.size();
+    lines = found.empty() ? ViewConstraints{} : found[0];
   }
   RoomDescription room = one_view_room();
   EstimatorSettings settings;
@@ -38,6 +40,7 @@ struct Views {
   std::unique_ptr<TubeEstimate> estimate = std::make_unique<TubeEstimate>();
   MonotonicTime now = from_ns(10'000'000'000);
   std::size_t constraints = 0;  ///< views that a solver was given lines of
+  ViewConstraints lines;        ///< the first one's; the tip's end last
 };
 
 TEST(TubeViews, AViewInWhichFewLinesAgreeSaysNothingToTheSolverAndHowFewThereWere) {
@@ -49,6 +52,30 @@ TEST(TubeViews, AViewInWhichFewLinesAgreeSaysNothingToTheSolverAndHowFewThereWer
   EXPECT_EQ(of.constraints, 0U);
   ASSERT_TRUE(of.views.agreeing(0, of.now).has_value());
   EXPECT_LT(*of.views.agreeing(0, of.now), 0.5);
+}
+
+TEST(TubeViews, LooksForTheStretchThatIsAskedForOnly) {
+  Views of;
+  of.show({}, {5, false, 40});
+  ASSERT_GT(of.lines.count, 100);
+  for (int i = 0; i < of.lines.count; ++i) {
+    EXPECT_GE(of.lines.lines[i].s_mm, 40) << "the tip's end neither";
+  }
+}
+
+// What pixels that are not independent say together is tempered; a tip that a coil holds has no need of more.
+TEST(TubeViews, WhereTheTipEndsCountsForWhatItIsWhenNoCoilHoldsIt) {
+  Views of;
+  of.show({}, {5, true});
+  const LineConstraint held = of.lines.lines[of.lines.count - 1];
+  const double line_px2 = of.lines.lines[0].variance_px2;
+  of.show({}, {5, false});
+  const LineConstraint loose = of.lines.lines[of.lines.count - 1];
+  ASSERT_EQ(held.s_mm, 0);
+  ASSERT_EQ(loose.s_mm, 0);
+  EXPECT_DOUBLE_EQ(held.variance_px2, of.settings.image_temper * loose.variance_px2);
+  EXPECT_GT(loose.variance_px2, 9);
+  EXPECT_EQ(of.lines.lines[0].variance_px2, line_px2);
 }
 
 TEST(TubeViews, OnlyAnImageOfTheInstantTellsHowManyAgree) {
