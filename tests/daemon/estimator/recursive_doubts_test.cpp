@@ -181,21 +181,21 @@ TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgain) {
 
 // However seldom the tracker measures, its coils are asked about every half second.
 TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgainByASlowTrackerAsWell) {
-  FilterBench bench;
-  bench.interval = milliseconds(400);
-  bench.outlier_mm = 25;
-  for (int i = 0; i < 8; ++i) {
-    bench.measure(0, 0);
+  for (const unsigned seed : {5U, 7U, 11U}) {
+    FilterBench bench;
+    bench.interval = milliseconds(400);
+    bench.seed = 1000 * seed;
+    bench.measure_times(20);
+    for (unsigned i = 0; i < 14; ++i) {
+      const double wrong_mm = (5 * i + seed) % 2 == 0 ? -25 : 25;
+      bench.outlier_mm = (7 * i + seed) % 3 == 1 ? 12 : wrong_mm;
+      bench.measure(0, 0);
+    }
+    ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier) << seed;
+    bench.measure_times(4);
+    EXPECT_EQ(bench.estimate->coils[0].state, CoilState::kUsed) << seed;
+    EXPECT_LT(bench.rms_mm(), 4) << seed;
   }
-  bench.outlier_mm = -30;
-  for (int i = 0; i < 4; ++i) {
-    bench.measure(0, 0);
-  }
-  ASSERT_EQ(bench.estimate->coils[0].state, CoilState::kOutlier);
-  ASSERT_GT(bench.rms_mm(), 6);
-  bench.measure_times(4);
-  EXPECT_EQ(bench.estimate->coils[0].state, CoilState::kUsed);
-  EXPECT_LT(bench.rms_mm(), 3);
 }
 
 // It was never there, and the first image comes when the shape of the coils alone ends 30 mm beside the tip,
@@ -213,6 +213,18 @@ TEST(RecursiveDoubts, BegunWithoutTheTipsCoilItEndsWhereItIsSeenAndItsDepthIsUnc
     ASSERT_LT(std::abs(error_mm.z()), 2 * std::sqrt(tip.covariance_mm2[5])) << "measurement " << i;
   }
   EXPECT_LT(bench.rms_mm(), 2.5);
+}
+
+TEST(RecursiveDoubts, BegunWithAnImageButWithoutTheTipsCoilItsDepthIsAsUncertain) {
+  FilterBench bench;
+  bench.missing = 0;
+  bench.seed = 3;
+  bench.measure();
+  ASSERT_EQ(bench.newest_image, bench.now);
+  const auto depth_sigma_mm = [&bench] { return std::sqrt(bench.estimate->points[0].covariance_mm2[5]); };
+  EXPECT_GT(depth_sigma_mm(), 15);
+  bench.measure_times(20);
+  EXPECT_GT(depth_sigma_mm(), 15);
 }
 
 // All coils 20 mm away at once: the tube has snapped, and the coils are right.
