@@ -14,7 +14,6 @@ constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 // tube does, the printed weight of strain then turns the error into depth.
 constexpr double kStrainSlack = 4.5;
 constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
-constexpr double kBendingWithoutImages_s = 0.2;
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
@@ -380,27 +379,6 @@ void RecursiveEstimator::refine(std::span<const ViewConstraints> lines, TubeEsti
 void RecursiveEstimator::know_covariance(std::span<const ViewConstraints> lines) {
   const bool known = image_map_.invert_at(CoilObservations{}, lines, &coefficient_prior_, coefficients_);
   covariance_ = known ? &image_map_ : nullptr;
-}
-
-// Of the shape C whose covariance is known.
-void RecursiveEstimator::learn_bending(const Eigen::Matrix3Xd& C) {
-  if (covariance_ != &image_map_) {
-    return;
-  }
-  learnt_bending_.learn(image_map_, C, seconds_between(state_.bending_learnt, state_.time), state_.bending);
-  state_.bending_learnt = state_.time;
-}
-
-// Where images do not do so. It takes a shape, which between images nobody has asked for yet.
-void RecursiveEstimator::learn_bending_from_coils(TubeEstimate& estimate) {
-  if (!state_.begun || seconds_between(state_.bending_learnt, state_.time) < kBendingWithoutImages_s) {
-    return;
-  }
-  shape_ = state_.C;
-  if (settle(shape_, estimate)) {
-    know_covariance({});
-    learn_bending(shape_);
-  }
 }
 
 }  // namespace tubed

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/estimator/loose_tip.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
 
 namespace tubed {
@@ -127,16 +128,17 @@ bool RecursiveEstimator::tip_is_out_of_reach() const {
 
 // As SingleFrameSolver does at a beginning, from the prediction.
 void RecursiveEstimator::trace_tip(const Observation& observation, double loose_mm, TubeEstimate& estimate) {
-  soften_traced_tip(loose_mm, map_.spline().length_mm(), state_.bending);
+  soften_loose_tip(loose_mm, map_.spline().length_mm(), state_.bending);
   image_map_.set_bending(state_.bending);
-  for (double from_mm = loose_mm - kTracedPiece_mm; from_mm > 0; from_mm -= kTracedPiece_mm) {
+  trace_loose_tip(loose_mm, [&](double from_mm) {
     views_.measure(observation, map_.spline(), coefficients_, {kFirstReach_px, false, from_mm}, estimate);
     const auto lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
-      return;
+      return false;
     }
     refine(lines, estimate);
-  }
+    return true;
+  });
 }
 
 bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {

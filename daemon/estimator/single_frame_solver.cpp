@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "daemon/estimator/loose_tip.hpp"
+
 namespace tubed {
 
 namespace {
@@ -19,12 +21,6 @@ constexpr double kDoubtfulPull = 2.4;
 constexpr double kGreatestPull = 8;
 
 }  // namespace
-
-void soften_traced_tip(double loose_mm, double length_mm, Eigen::VectorXd& bending) {
-  constexpr double kBendingOfATracedTip = 20;
-  const double nodes = loose_mm / length_mm * static_cast<double>(bending.size());
-  bending.head(static_cast<Eigen::Index>(nodes)).setConstant(kBendingOfATracedTip);
-}
 
 SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double length_mm)
     : settings_(settings),
@@ -122,9 +118,9 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
   const double loose_mm = coils.first_used_mm();
   const int reach = std::clamp(static_cast<int>(settings_.image_search_px), 3, LineSearch::kMaxReach);
   bool led = false;
-  for (double from_mm = loose_mm - kTracedPiece_mm; from_mm > 0; from_mm -= kTracedPiece_mm) {
+  trace_loose_tip(loose_mm, [&](double from_mm) {
     if (!views.measure(observation, map_.spline(), C_, {reach, false, from_mm}, estimate)) {
-      return;
+      return false;
     }
     const auto lines = views.constraints(observation, 1, true);
     if (!lines.empty()) {
@@ -132,9 +128,10 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
       estimate.iterations += static_cast<std::uint32_t>(
           map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
     }
-  }
+    return true;
+  });
   if (led) {
-    soften_traced_tip(loose_mm, map_.spline().length_mm(), bending_);
+    soften_loose_tip(loose_mm, map_.spline().length_mm(), bending_);
     map_.set_bending(bending_);
   }
 }

@@ -15,14 +15,6 @@ enum class ImageVerdict {
   kLost,         ///< it shows no tube, or another one
 };
 
-/// A tip that no coil holds is followed through images from the first coil outward, so far at a time, mm.
-inline constexpr double kTracedPiece_mm = 8;
-
-/// It may bend more than tubes mostly do: a shape of the settings' stiffness would cut its bends short, and
-/// put what is left of its length into depth. Sets TubeMap::set_bending()'s factors over the first
-/// `loose_mm`.
-void soften_traced_tip(double loose_mm, double length_mm, Eigen::VectorXd& bending);
-
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class SingleFrameSolver {
  public:
@@ -64,8 +56,8 @@ class SingleFrameSolver {
   EstimatorSettings settings_;
   TubeMap map_;
   Eigen::Matrix3Xd C_;
-  Eigen::Matrix3Xd C_em_;  ///< the shape before the images were asked
-  Eigen::VectorXd bending_;
+  Eigen::Matrix3Xd C_em_;       ///< the shape before the images were asked
+  Eigen::VectorXd bending_;     ///< the factors of map_
   Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
   bool converged_ = false;
 };

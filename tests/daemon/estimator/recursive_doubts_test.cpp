@@ -198,8 +198,8 @@ TEST(RecursiveDoubts, ACoilThatIsNoLongerNamedIsHeardAgainByASlowTrackerAsWell) 
   }
 }
 
-// It was never there, and the first image comes when the shape of the coils alone ends 30 mm beside the tip,
-// three times as far as lines reach.
+// It was never there, and the first image comes when the shape of the coils alone ends 30 mm, 50 px, beside
+// the tip: far beyond what lines reach.
 TEST(RecursiveDoubts, BegunWithoutTheTipsCoilItEndsWhereItIsSeenAndItsDepthIsUncertain) {
   FilterBench bench;
   bench.missing = 0;

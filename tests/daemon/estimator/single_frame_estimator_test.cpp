@@ -110,7 +110,8 @@ double tip_aside_mm(const TubeEstimate& estimate) {
   return (tip - arc_point(0)).head<2>().norm();
 }
 
-// The shape of the coils alone goes straight on for 90 mm, and ends 18 px beside a tip that bends.
+// The shape of the coils alone goes straight on for 90 or 170 mm, and ends 50 or 180 px beside a tip that
+// bends; lines reach 14.
 TEST(SingleFrameEstimator, ATipThatNoCoilHoldsIsFollowedThroughTheImage) {
   for (const int coils_without : {1, 2}) {
     EstimatorBench em(EstimatorMode::kEm);
