@@ -26,7 +26,8 @@ RecursiveEstimator::State::State(int column_count, Eigen::Index bending_node_cou
       P(Eigen::MatrixXd::Identity(C.size(), C.size())),
       noise(settings),
       error_scale(settings),
-      bending(Eigen::VectorXd::Ones(bending_node_count)) {}
+      bending(Eigen::VectorXd::Ones(bending_node_count)),
+      rival(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {}
 
 RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
                                        const InstrumentDescription& instrument, const RoomDescription& room)
@@ -44,6 +45,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       second_opinion_(std::make_unique<TubeEstimate>()),
       motion_(map_.spline(), map_.column_count()),
       learnt_bending_(map_.bending_node_count(), map_.spline().spacing_mm()),
+      mirror_test_(settings.coefficient_count),
       coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
       state_(map_.column_count(), map_.bending_node_count(), settings),
       before_update_(state_),
@@ -110,8 +112,9 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
       shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
     }
   }
-  const FoundShape shape{&map_.spline(), state_.begun ? &shape_ : nullptr, covariance_, shape_time_,
-                         variance_factor()};
+  const FoundShape shape{&map_.spline(),    state_.begun ? &shape_ : nullptr,
+                         covariance_,       shape_time_,
+                         variance_factor(), &state_.rival};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
@@ -215,6 +218,7 @@ bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<con
   C.setZero();
   C.leftCols(start_.C().cols()) = start_.C();
   state_.bending = start_.bending();
+  state_.rival = start_.rival();
   map_.set_bending(state_.bending);
   map_.set_strain_slack(kStrainSlack);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
@@ -318,6 +322,9 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   const CoilUpdate::Pull& pull = coil_update_.pull();
   adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                 interval_s);
+  if (coils.hold_tip()) {
+    state_.rival.setZero();
+  }
   learn_drift(interval_s);
   ask_alone(frame, history, interval_s);
   learn_bending_from_coils(estimate);

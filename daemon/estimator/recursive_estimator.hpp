@@ -74,6 +74,7 @@ class RecursiveEstimator final : public Estimator {
     double freedom = 1;     ///< of the sideways motion, learnt from how far updates pull
     TubeMotion::DriftVariances drift;
     Eigen::VectorXd bending;         ///< how much the tube bends, as TubeMap::set_bending() takes it
+    Eigen::Matrix3Xd rival;          ///< MirrorTest::rival() of the newest image that showed the tube
     MonotonicTime bending_learnt{};  ///< when it was last learnt
     double last_freedom = 1;         ///< that of the newest EM measurement
     UsualSurprise usual;
@@ -136,6 +137,8 @@ class RecursiveEstimator final : public Estimator {
   void adapt_freedom(double pulled, double expected, double interval_s);
   [[nodiscard]] bool tip_is_out_of_reach() const;
   void trace_tip(const Observation& observation, double loose_mm, TubeEstimate& estimate);
+  void test_mirrored(std::span<const ViewConstraints> lines, const CoilObservations& coils,
+                     TubeEstimate& estimate);
   bool shows_tube(const TubeEstimate& estimate);
   double gate(CoilObservations& coils, MonotonicTime time);
   [[nodiscard]] double gate_of(const GatedCoil& gated, double off_itself_mm2,
@@ -166,6 +169,7 @@ class RecursiveEstimator final : public Estimator {
   std::unique_ptr<TubeEstimate> second_opinion_;
   TubeMotion motion_;
   LearntBending learnt_bending_;
+  MirrorTest mirror_test_;
   CoilUpdate coil_update_;
   State state_;
   State before_update_;

@@ -68,6 +68,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
     }
     refine(lines, estimate);
   }
+  test_mirrored(lines, coils, estimate);
   follow(state_.C);
   if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
     images_ = ImageVerdict::kLost;
@@ -86,6 +87,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   images_ = ImageVerdict::kShowsTube;
   state_.images_without_tube = 0;
   state_.confirmed = observation.instant;
+  state_.rival = mirror_test_.rival();
   views_.trust(observation);
   if (!take_lines(lines)) {
     state_.begun = false;
@@ -139,6 +141,23 @@ void RecursiveEstimator::trace_tip(const Observation& observation, double loose_
     refine(lines, estimate);
     return true;
   });
+}
+
+// As SingleFrameSolver does at a beginning, but against the prediction, which knows of the images before.
+void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, const CoilObservations& coils,
+                                       TubeEstimate& estimate) {
+  mirror_test_.clear();
+  const ViewConstraints* const view = view_of_tip(lines);
+  if (coils.hold_tip() || view == nullptr) {
+    return;
+  }
+  mirror_test_.run({*view->camera, map_.spline(), coils.first_used_mm(), image_map_.cost()}, coefficients_,
+                   [&](Eigen::Matrix3Xd& C) {
+                     bool converged = false;
+                     estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(
+                         CoilObservations{}, lines, &coefficient_prior_, settings_.iterations, C, converged));
+                     return image_map_.cost();
+                   });
 }
 
 bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {

@@ -110,7 +110,12 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
     const Eigen::Vector3d derivative = combine(*shape.C, basis.first, basis.first_derivative);
     Eigen::Map<Eigen::Vector3f>(point.tangent_world.data()) = (-derivative.normalized()).cast<float>();
     if (shape.covariance != nullptr) {
-      point.covariance_mm2 = upper_triangle(shape.variance_factor * shape.covariance->covariance(s_mm));
+      Eigen::Matrix3d covariance_mm2 = shape.variance_factor * shape.covariance->covariance(s_mm);
+      if (shape.rival != nullptr) {
+        const Eigen::Vector3d way_mm = combine(*shape.rival, basis.first, basis.value);
+        covariance_mm2 += way_mm * way_mm.transpose();
+      }
+      point.covariance_mm2 = upper_triangle(covariance_mm2);
     } else {
       point.covariance_mm2.fill(std::numeric_limits<float>::infinity());
     }

@@ -18,6 +18,8 @@ struct FoundShape {
   const TubeMap* covariance = nullptr;  ///< whose covariance() may be asked
   MonotonicTime time{};                 ///< the instant the shape is of
   double variance_factor = 1;           ///< what is published is so many times `covariance`
+  /// MirrorTest::rival() of the coefficients, which adds to it; nullptr: there is none.
+  const Eigen::Matrix3Xd* rival = nullptr;
 };
 
 /// What the word of validity depends on.

@@ -45,8 +45,11 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
     // A tick's shape is of its newest measurement; the instant of an image is its exposure.
     shape_time_ = observation.is_image_instant ? observation.instant : frame->measured;
   }
-  const FoundShape shape{&solver_.map().spline(), has_shape_ ? &solver_.C() : nullptr,
-                         has_covariance_ ? &solver_.map() : nullptr, shape_time_};
+  const FoundShape shape{.spline = &solver_.map().spline(),
+                         .C = has_shape_ ? &solver_.C() : nullptr,
+                         .covariance = has_covariance_ ? &solver_.map() : nullptr,
+                         .time = shape_time_,
+                         .rival = &solver_.rival()};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);

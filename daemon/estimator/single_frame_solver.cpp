@@ -28,11 +28,13 @@ SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double l
       C_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
       C_em_(C_),
       bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
-      C_without_(C_) {}
+      C_without_(C_),
+      mirror_test_(C_.cols()) {}
 
 bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate) {
   bending_.setOnes();
   map_.set_bending(bending_);
+  mirror_test_.clear();
   if (!map_.solve_linear(coils, C_)) {
     return false;
   }
@@ -95,11 +97,13 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
                                                               : ImageVerdict::kNone;
     }
   }
+  test_mirrored(observation, coils, views, estimate);
   const ImageVerdict verdict = judge_images(coils, coil_cost_before, estimate);
   if (verdict == ImageVerdict::kLost) {
     views.forget_instant(observation.instant);
     estimate.has_image = false;
     C_ = C_em_;
+    mirror_test_.clear();
     bending_.setOnes();
     map_.set_bending(bending_);
   } else if (verdict == ImageVerdict::kShowsTube) {
@@ -134,6 +138,23 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
     soften_loose_tip(loose_mm, map_.spline().length_mm(), bending_);
     map_.set_bending(bending_);
   }
+}
+
+// What two views show costs too much on the other side.
+void SingleFrameSolver::test_mirrored(const Observation& observation, const CoilObservations& coils,
+                                      TubeViews& views, TubeEstimate& estimate) {
+  const auto lines = views.constraints(observation, 1, false);
+  const ViewConstraints* const view = view_of_tip(lines);
+  if (coils.hold_tip() || view == nullptr) {
+    return;
+  }
+  mirror_test_.run({*view->camera, map_.spline(), coils.first_used_mm(), map_.cost()}, C_,
+                   [&](Eigen::Matrix3Xd& C) {
+                     bool converged = false;
+                     estimate.iterations += static_cast<std::uint32_t>(
+                         map_.refine(coils, lines, nullptr, settings_.iterations, C, converged));
+                     return map_.cost();
+                   });
 }
 
 // chi^2 a coil that the lines cost.

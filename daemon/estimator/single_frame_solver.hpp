@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/mirror_test.hpp"
 #include "daemon/estimator/tube_map.hpp"
 #include "daemon/estimator/tube_views.hpp"
 
@@ -29,9 +30,10 @@ class SingleFrameSolver {
 
   /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
   /// together, three rounds with narrowing lines. A tip that no coil holds is followed through the images
-  /// before, and may bend as it does there (bending()). Between images the lines of the newest one help once
-  /// more. An image that does not show the tube (too few lines agree, or those that do contradict the coils)
-  /// is dropped and the shape of the coils stays.
+  /// before, may bend as it does there (bending()), and is tried on the other side of the depth where it
+  /// turns (MirrorTest). Between images the lines of the newest one help once more. An image that does not
+  /// show the tube (too few lines agree, or those that do contradict the coils) is dropped and the shape of
+  /// the coils stays.
   ImageVerdict fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
                            TubeEstimate& estimate);
 
@@ -42,12 +44,16 @@ class SingleFrameSolver {
 
   /// Factors on how much the shape found may bend, see TubeMap::set_bending().
   [[nodiscard]] const Eigen::VectorXd& bending() const { return bending_; }
+  /// Of the mirror test of a tip that no coil holds, 3 x coefficients; zero where there was none.
+  [[nodiscard]] const Eigen::Matrix3Xd& rival() const { return mirror_test_.rival(); }
   [[nodiscard]] const TubeMap& map() const { return map_; }
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:
   void trace_tip(const Observation& observation, const CoilObservations& coils, TubeViews& views,
                  TubeEstimate& estimate);
+  void test_mirrored(const Observation& observation, const CoilObservations& coils, TubeViews& views,
+                     TubeEstimate& estimate);
   double pull_on(const CoilObservations& coils, double coil_cost_before);
   ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before,
                             const TubeEstimate& estimate);
@@ -59,6 +65,7 @@ class SingleFrameSolver {
   Eigen::Matrix3Xd C_em_;       ///< the shape before the images were asked
   Eigen::VectorXd bending_;     ///< the factors of map_
   Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
+  MirrorTest mirror_test_;
   bool converged_ = false;
 };
 

@@ -244,7 +244,7 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
   const Measurements measurements{coils, prior};
   prepare(views);
   linearise(measurements, C);
-  double cost_here = equations_.cost();
+  cost_ = equations_.cost();
   for (int iteration = 1; iteration <= most_iterations; ++iteration) {
     if (!equations_.solve(damping, step_)) {
       damping = std::max(damping, 1e-4) * 10;
@@ -260,9 +260,9 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
       linearise(measurements, trial_);
       cost = equations_.cost();
     }
-    if (cost <= cost_here) {
+    if (cost <= cost_) {
       C = trial_;
-      cost_here = cost;
+      cost_ = cost;
       damping = std::max(damping * 0.1, 1e-9);
       if (longest < kConvergedStep_mm) {
         converged = true;

@@ -100,6 +100,9 @@ class TubeMap {
   int refine(const CoilObservations& coils, std::span<const ViewConstraints> views,
              const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged);
 
+  /// chi^2 of the shape that refine() found last, of everything: bending and strain as well.
+  [[nodiscard]] double cost() const { return cost_; }
+
   /// Sum of squared whitened residuals of coils and strain at C: what contradicts itself. Bending is left
   /// out: a coil that makes the tube bend around a vessel's arch is no suspect.
   double contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
@@ -178,6 +181,7 @@ class TubeMap {
   double sigma_position_mm_;
   double sigma_tangent_;
   double strain_sigma_factor_ = 1;
+  double cost_ = 0;  ///< of what refine() found last
 };
 
 }  // namespace tubed

@@ -22,6 +22,13 @@ constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line lose
 
 }  // namespace
 
+const ViewConstraints* view_of_tip(std::span<const ViewConstraints> views) {
+  const auto nearest = std::min_element(views.begin(), views.end(), [](const auto& a, const auto& b) {
+    return a.lines[0].s_mm < b.lines[0].s_mm;  // lines begin at the tip
+  });
+  return nearest != views.end() ? &*nearest : nullptr;
+}
+
 TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                      const RoomDescription& room)
     : settings_(settings), layout_(instrument.length_mm), radius_mm_(instrument.diameter_mm / 2) {

@@ -14,6 +14,9 @@
 
 namespace tubed {
 
+/// Of `views`, none of them without lines, the one that shows most of the tip; nullptr without any.
+const ViewConstraints* view_of_tip(std::span<const ViewConstraints> views);
+
 /// What of a tube is looked for in images, and how.
 struct TubeSearch {
   int reach_px;             ///< to either side of its projection
