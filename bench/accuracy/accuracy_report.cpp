@@ -141,7 +141,8 @@ nlohmann::json rows_of(const std::string& sequence, const std::vector<Sensitivit
         rows.push_back({{"name", "accuracy/" + sequence + "/" + curve.name + "/RMS/in_view/" + panel.varied +
                                      "=" + formatted("%g", curve.values[i])},
                         {"unit", "mm"},
-                        {"p50", curve.error_mm[i]}});
+                        {"p50", curve.error_mm[i]},
+                        {"tip_within_3_sigma", curve.tip_told[i]}});
       }
     }
   }

@@ -35,6 +35,7 @@ struct SensitivityCurve {
   std::string name;
   std::vector<double> values;    ///< of what was varied
   std::vector<double> error_mm;  ///< median RMS
+  std::vector<double> tip_told;  ///< share of instants whose tip is within three sigma on every axis
 };
 struct SensitivityPanel {
   std::string varied;  ///< with unit

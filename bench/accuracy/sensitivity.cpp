@@ -212,6 +212,20 @@ std::vector<double> judged_rms(const Variant& variant, const MethodRun& run) {
   return rms;
 }
 
+/// Share of those instants at which the tip is within three sigma.
+double judged_tip_told(const Variant& variant, const MethodRun& run) {
+  const std::vector<SequenceInstant> instants = instants_of(variant.sequence);
+  double judged = 0;
+  double told = 0;
+  for (std::size_t i = 0; i < run.in_view.errors.size(); ++i) {
+    if (run.in_view.errors[i] && variant.judged(instants[i])) {
+      judged += 1;
+      told += *run.in_view.tip_sigmas[i] <= 3 ? 1 : 0;
+    }
+  }
+  return told / judged;
+}
+
 std::vector<Study> studies_of(const Sequence& sequence) {
   std::vector<Study> studies{coil_study(sequence), noise_study(sequence), registration_study(sequence),
                              rate_study(sequence)};
@@ -296,7 +310,7 @@ std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const 
     SensitivityPanel& panel = panels.emplace_back(SensitivityPanel{study.varied, {}});
     for (const Method& method : methods) {
       if (method.images_withheld) continue;
-      SensitivityCurve& curve = panel.curves.emplace_back(SensitivityCurve{method.name, {}, {}});
+      SensitivityCurve& curve = panel.curves.emplace_back(SensitivityCurve{method.name, {}, {}, {}});
       for (const Variant& variant : study.variants) {
         on_study(study.varied + " = " + std::to_string(variant.value) + ", " + method.name);
         Method changed = method;
@@ -306,6 +320,7 @@ std::vector<SensitivityPanel> study_sensitivity(const Sequence& sequence, const 
         if (rms.empty()) continue;
         curve.values.push_back(variant.value);
         curve.error_mm.push_back(quantile(rms, 0.5));
+        curve.tip_told.push_back(judged_tip_told(variant, run));
       }
     }
   }

@@ -43,6 +43,17 @@ void count_coverage(const EstimatedShape& shape, const SampledCentreline& truth,
   }
 }
 
+// Both begin at the tip. Off by nothing it is off by no sigma, whatever that is.
+double tip_sigmas(const EstimatedShape& shape, const SampledCentreline& truth) {
+  const double s_mm = std::max(shape.centreline.s_mm.front(), truth.s_mm.front());
+  const Eigen::Vector3d off_mm = (point_at(shape.centreline, s_mm) - point_at(truth, s_mm)).cwiseAbs();
+  double most = 0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (off_mm[axis] > 0) most = std::max(most, off_mm[axis] / shape.sigma_world_mm(axis, 0));
+  }
+  return most;
+}
+
 /// One metric at the instants both methods were judged at.
 struct Pairs {
   std::vector<double> em_mm;
@@ -109,6 +120,7 @@ MethodEvaluation evaluate_method(const TrueRun& run, const Estimates& estimates,
   MethodEvaluation evaluation;
   for (const TrueInstant& instant : run.instants) {
     std::optional<ShapeError>& error = evaluation.errors.emplace_back();
+    std::optional<double>& tip = evaluation.tip_sigmas.emplace_back();
     const auto found = estimates.find(instant.frame);
     if (found == estimates.end()) {
       evaluation.missing_frames.push_back(instant.frame);
@@ -124,6 +136,7 @@ MethodEvaluation evaluate_method(const TrueRun& run, const Estimates& estimates,
       const ViewOfFrame cameras{run.cameras.front(), run.cameras[instant.view_camera]};
       error = shape_error(shape.centreline, instant.truth, cameras, settings);
       if (!error) evaluation.unjudged_frames.push_back(instant.frame);
+      tip = tip_sigmas(shape, instant.truth);
       count_coverage(shape, instant.truth, settings.s_max_mm, evaluation.coverage);
     }
   }

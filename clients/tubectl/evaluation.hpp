@@ -54,10 +54,13 @@ struct SigmaCoverage {
 /// One method (one file of estimates) against the truth.
 struct MethodEvaluation {
   std::vector<std::optional<ShapeError>> errors;  ///< one each of TrueRun::instants, same order
-  std::vector<std::uint32_t> missing_frames;      ///< due, and no estimate in the file
-  std::vector<std::uint32_t> shapeless_frames;    ///< an estimate with fewer than two points
-  std::vector<std::uint32_t> truthless_frames;    ///< estimated, but the truth has no such frame
-  std::vector<std::uint32_t> unjudged_frames;     ///< estimated and true, but no point in view
+  /// One each of errors: how many of its standard deviations the tip is off, on the world axis on which it is
+  /// most; nothing where there is no shape or no truth.
+  std::vector<std::optional<double>> tip_sigmas;
+  std::vector<std::uint32_t> missing_frames;    ///< due, and no estimate in the file
+  std::vector<std::uint32_t> shapeless_frames;  ///< an estimate with fewer than two points
+  std::vector<std::uint32_t> truthless_frames;  ///< estimated, but the truth has no such frame
+  std::vector<std::uint32_t> unjudged_frames;   ///< estimated and true, but no point in view
   std::map<Validity, std::size_t> validity_counts;
   SigmaCoverage coverage;
 
