@@ -176,6 +176,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
 
 void RecursiveEstimator::forget_doubts() {
   state_.images_without_tube = 0;
+  state_.tip_is_missed = false;
   state_.doubted_times = 0;
   state_.contradicted = false;
   state_.disowned = false;

@@ -79,6 +79,7 @@ class RecursiveEstimator final : public Estimator {
     double last_freedom = 1;         ///< that of the newest EM measurement
     UsualSurprise usual;
     int images_without_tube = 0;
+    bool tip_is_missed = false;  ///< the newest image that showed the tube did not show its tip there
     int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better
     MonotonicTime doubted_em{};  ///< newest EM frame at the last of them
     bool contradicted = false;   ///< the newest image pulled the shape further off the coils than they err

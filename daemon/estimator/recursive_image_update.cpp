@@ -55,7 +55,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
     return;
   }
   C_before_ = state_.C;
-  if (!coils.hold_tip() && tip_is_out_of_reach()) {
+  if (!coils.hold_tip() && (state_.tip_is_missed || tip_is_out_of_reach())) {
     trace_tip(observation, coils.first_used_mm(), estimate);
   }
   bool looked = false;
@@ -88,6 +88,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   state_.images_without_tube = 0;
   state_.confirmed = observation.instant;
   state_.rival = mirror_test_.rival();
+  state_.tip_is_missed = views_.misses_tip(observation.instant);
   views_.trust(observation);
   if (!take_lines(lines)) {
     state_.begun = false;

@@ -49,6 +49,10 @@ class TubeViews {
   /// without an image or with too few lines in view to say.
   [[nodiscard]] std::optional<double> agreeing(std::size_t view, MonotonicTime instant) const;
 
+  /// Do the images of that instant show something else than a tip where it was looked for: do most lines of
+  /// its last piece disagree, in every view that has enough of them?
+  [[nodiscard]] bool misses_tip(MonotonicTime instant) const;
+
   /// How far beyond the lines' reach an image is read around the tip.
   static constexpr double kBeyondTip_px = 22;
 
@@ -76,12 +80,15 @@ class TubeViews {
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
-    int lines_asked = 0;       ///< of the newest image; 0: too few in view
-    MonotonicTime exposure{};  ///< of the image they come from; zero = none
+    int lines_asked = 0;        ///< of the newest image; 0: too few in view
+    bool misses_tip = false;    ///< of the newest image
+    bool looks_at_tip = false;  ///< so do enough of its lines
+    MonotonicTime exposure{};   ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;
   };
 
+  void look_at_tip(View& view) const;
   int leave_out_before(double from_mm);
   int see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);

@@ -72,7 +72,10 @@ struct FilterBench {
     if (is_image) {
       RoomDescription displaced = room;
       displaced.cameras[0].T_camera_world.translation().x() += image_off_mm;
-      image = image_of_arc(displaced, now, hidden);
+      image = image_of_arc(displaced, now, straight_tip_mm > 0 ? Stretch{-1, straight_tip_mm} : hidden);
+      for (double s = 0; s < straight_tip_mm; s += 0.25) {
+        draw_ridge(Camera(displaced.cameras[0]), straight_tip(s), 0.9, image);
+      }
       for (double s = kDecoy.from_mm; s < kDecoy.to_mm && decoy_mm > 0; s += 0.25) {
         if (std::fmod(s, 12) < 2) {  // broken, as what is not a tube often is
           draw_ridge(Camera(displaced.cameras[0]), decoy_point(s), 0.9, image);
@@ -106,6 +109,10 @@ struct FilterBench {
     }
     return count > 0 ? std::sqrt(sum / count) : 1e9;
   }
+  /// Where the last `straight_tip_mm` are if they go straight on.
+  [[nodiscard]] Eigen::Vector3d straight_tip(double s_mm) const {
+    return arc_point(straight_tip_mm) + (straight_tip_mm - s_mm) * arc_tangent_to_tip(straight_tip_mm);
+  }
   /// A stretch of something else, up to `decoy_mm` beside the arc in the image.
   [[nodiscard]] Eigen::Vector3d decoy_point(double s_mm) const {
     const double part = (s_mm - kDecoy.from_mm) / (kDecoy.to_mm - kDecoy.from_mm);
@@ -135,11 +142,12 @@ struct FilterBench {
   std::chrono::milliseconds interval{25};
   bool with_images = true;
   double outlier_mm = 30;
-  int missing = -1;         ///< coil that drops out
-  bool frozen = false;      ///< coils err by the same at each measurement
-  Stretch hidden;           ///< of the arc, in the image
-  double decoy_mm = 0;      ///< 0: none
-  double image_off_mm = 0;  ///< what the image shows is so far beside the coils
+  int missing = -1;            ///< coil that drops out
+  bool frozen = false;         ///< coils err by the same at each measurement
+  Stretch hidden;              ///< of the arc, in the image
+  double decoy_mm = 0;         ///< 0: none
+  double straight_tip_mm = 0;  ///< so much of the arc is shown going straight on
+  double image_off_mm = 0;     ///< what the image shows is so far beside the coils
 };
 
 }  // namespace tubed

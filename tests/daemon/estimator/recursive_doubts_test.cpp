@@ -215,6 +215,26 @@ TEST(RecursiveDoubts, BegunWithoutTheTipsCoilItEndsWhereItIsSeenAndItsDepthIsUnc
   EXPECT_LT(bench.rms_mm(), 2.5);
 }
 
+// It bends by 40 px at once, further than lines reach, and is looked for there at the next image.
+TEST(RecursiveDoubts, ATipThatNoCoilHoldsIsFollowedAnewWhereItsLinesDisagree) {
+  FilterBench bench;
+  bench.measure_times(44);
+  bench.missing = 0;
+  bench.straight_tip_mm = 80;
+  bench.measure_times(120);
+  const auto aside_mm = [&bench](const Eigen::Vector3d& truth) {
+    const Eigen::Vector3d tip =
+        Eigen::Map<const Eigen::Vector3d>(bench.estimate->points[0].p_world_mm.data());
+    return (tip - truth).head<2>().norm();
+  };
+  ASSERT_LT(aside_mm(bench.straight_tip(0)), 3);
+  bench.straight_tip_mm = 0;
+  bench.measure_times(4);
+  ASSERT_GT(aside_mm(arc_point(0)), 15);
+  bench.measure_times(8);
+  EXPECT_LT(aside_mm(arc_point(0)), 7);
+}
+
 TEST(RecursiveDoubts, BegunWithAnImageButWithoutTheTipsCoilItsDepthIsAsUncertain) {
   FilterBench bench;
   bench.missing = 0;

@@ -63,6 +63,19 @@ TEST(TubeViews, LooksForTheStretchThatIsAskedForOnly) {
   }
 }
 
+TEST(TubeViews, MissATipOfWhichMostLinesDisagree) {
+  Views of;
+  of.show({});
+  EXPECT_FALSE(of.views.misses_tip(of.now));
+  of.show({-1, 6});
+  EXPECT_FALSE(of.views.misses_tip(of.now)) << "a little of it";
+  of.show({-1, 20});
+  EXPECT_TRUE(of.views.misses_tip(of.now));
+  EXPECT_FALSE(of.views.misses_tip(of.now + milliseconds(1))) << "of another instant";
+  of.show({}, {5, false, 40});
+  EXPECT_FALSE(of.views.misses_tip(of.now)) << "nobody has looked";
+}
+
 // What pixels that are not independent say together is tempered; a tip that a coil holds has no need of more.
 TEST(TubeViews, WhereTheTipEndsCountsForWhatItIsWhenNoCoilHoldsIt) {
   Views of;
