@@ -14,13 +14,13 @@ constexpr double kShortest_px_per_mm = 0.2;  // below, the tip points at the sou
 constexpr int kFewestLines = 10;             // with fewer lines in view an image says nothing
 constexpr double kFewestAgreeing = 0.5;      // share of the lines without which a round finds nothing
 constexpr double kTip_mm = 16;               // its last piece, that may be seen or missed
-constexpr int kFewestTipLines = 4;
-constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
-constexpr int kEndDirection = 3;          // lines over which the tip's direction is taken
-constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
-constexpr double kOneInstant_s = 0.002;   // within which exposures of several views are one
-constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
+constexpr int kFewestTipLines = 4;           // in view, to say which
+constexpr int kEndInside = 12;               // lines of the tip that must be in view to look for its end
+constexpr int kEndDirection = 3;             // lines over which the tip's direction is taken
+constexpr int kEndOutside_px = 20;           // how far beyond the expected tip is looked
+constexpr double kSigmaEnd_px = 3.0;         // of the end beside its own variance
+constexpr double kOneInstant_s = 0.002;      // within which exposures of several views are one
+constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line loses its worth
 
 }  // namespace
 
@@ -94,14 +94,14 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.exposure = image.exposure;
   view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
   view.inlier_ratio = 0;
-  view.looks_at_tip = false;
+  view.misses_tip.reset();
   view.lines_asked = in_view < kFewestLines ? 0 : in_view;
   if (view.lines_asked == 0) {
     return;
   }
   const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
-  look_at_tip(view);
+  view.misses_tip = misses_tip_here();
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
@@ -117,7 +117,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   measure_end(image, view, outcome.ridge_height, search.tip_is_held);
 }
 
-void TubeViews::look_at_tip(View& view) const {
+std::optional<bool> TubeViews::misses_tip_here() const {
   int asked = 0;
   int agreeing = 0;
   for (int i = 0; i < layout_.count && layout_.s_mm(i) < kTip_mm; ++i) {
@@ -125,15 +125,14 @@ void TubeViews::look_at_tip(View& view) const {
     asked += line.in_view ? 1 : 0;
     agreeing += line.in_view && line.agrees ? 1 : 0;
   }
-  view.looks_at_tip = asked >= kFewestTipLines;
-  view.misses_tip = 2 * agreeing < asked;
+  return asked < kFewestTipLines ? std::nullopt : std::optional(2 * agreeing < asked);
 }
 
 bool TubeViews::misses_tip(MonotonicTime instant) const {
   bool misses = false;
   for (const View& view : views_) {
-    if (view.exposure == instant && view.looks_at_tip) {
-      if (!view.misses_tip) {
+    if (view.exposure == instant && view.misses_tip) {
+      if (!*view.misses_tip) {
         return false;
       }
       misses = true;

@@ -80,15 +80,14 @@ class TubeViews {
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
-    int lines_asked = 0;        ///< of the newest image; 0: too few in view
-    bool misses_tip = false;    ///< of the newest image
-    bool looks_at_tip = false;  ///< so do enough of its lines
-    MonotonicTime exposure{};   ///< of the image they come from; zero = none
+    int lines_asked = 0;               ///< of the newest image; 0: too few in view
+    std::optional<bool> misses_tip{};  ///< of the newest image; nothing: too few of its lines to say
+    MonotonicTime exposure{};          ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;
   };
 
-  void look_at_tip(View& view) const;
+  [[nodiscard]] std::optional<bool> misses_tip_here() const;
   int leave_out_before(double from_mm);
   int see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);

@@ -44,8 +44,8 @@ def hot_threads_stay_clean_when_sources_fail(bed):
     bed.tracked()
     time.sleep(2)
     first = health.wait_for(lambda _: True, "TubeHealth", 3, time.monotonic_ns())
-    for source, command in (("image-A", "stall 0.7"), ("em", "lose-coil 3"), ("em", "lose-coil 1"), ("image-A", "black"), ("em", "stall 0.7"),
-                            ("image-A", "off"), ("em", "outlier 2 60"), ("em", "stuck")):
+    for source, command in (("image-A", "stall 0.7"), ("em", "lose-coil 3"), ("em", "lose-coil 1"), ("image-A", "black"),
+                            ("em", "stall 0.7"), ("image-A", "off"), ("em", "outlier 2 60"), ("em", "stuck")):
         bed.fault(source, command)
         time.sleep(0.9)
         bed.fault(source, "clear")

@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include "daemon/estimator/estimator.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
