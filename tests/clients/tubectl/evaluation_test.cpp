@@ -7,10 +7,11 @@
 namespace tubed {
 namespace {
 
+/// Straight to 100 mm from the tip; only where it begins it is off.
 SampledCentreline line(double from_mm, const Eigen::Vector3d& off_mm) {
   SampledCentreline line{{from_mm, 100}, Eigen::Matrix3Xd(3, 2)};
   line.p_world_mm.col(0) = Eigen::Vector3d(from_mm, 0, 500) + off_mm;
-  line.p_world_mm.col(1) = Eigen::Vector3d(100, 0, 500) + off_mm;
+  line.p_world_mm.col(1) = Eigen::Vector3d(100, 0, 500);
   return line;
 }
 
