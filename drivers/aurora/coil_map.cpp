@@ -4,18 +4,6 @@
 
 namespace tubed::aurora {
 
-namespace {
-
-bool contains(std::span<const CoilPlug> plugs, CoilPlug plug) noexcept {
-  return std::find(plugs.begin(), plugs.end(), plug) != plugs.end();
-}
-
-void name(Problem& words, CoilPlug plug) noexcept {
-  words << "port " << plug.port << " channel " << plug.channel;
-}
-
-}  // namespace
-
 CoilMap::CoilMap(const RoomDescription& room) noexcept {
   for (const InstrumentDescription& instrument : room.instruments) {
     for (const CoilPlacement& coil : instrument.coils) {
@@ -23,6 +11,7 @@ CoilMap::CoilMap(const RoomDescription& room) noexcept {
       const CoilPlug at{coil.port, coil.channel};
       if (coil.port > 0 && !plug(coil.sensor - 1) && !coil_at(at)) {
         place(coil.sensor, at);
+        expect(coil.sensor, {coil.tool_serial, BoundedText<20>(coil.tool_part_number)});
       }
     }
   }
@@ -32,6 +21,12 @@ void CoilMap::place(int sensor, CoilPlug plug) noexcept {
   if (sensor >= 1 && sensor <= kMaxTrackerCoils) {
     plugs_[static_cast<std::size_t>(sensor - 1)] = plug;
     coil_count_ = std::max(coil_count_, sensor);
+  }
+}
+
+void CoilMap::expect(int sensor, const ExpectedTool& tool) noexcept {
+  if (sensor >= 1 && sensor <= kMaxTrackerCoils) {
+    expected_[static_cast<std::size_t>(sensor - 1)] = tool;
   }
 }
 
@@ -48,33 +43,6 @@ std::optional<int> CoilMap::coil_at(CoilPlug plug) const noexcept {
     return std::nullopt;
   }
   return static_cast<int>(found - plugs_.begin());
-}
-
-Problem describe_missing(const CoilMap& map, std::span<const CoilPlug> found) noexcept {
-  Problem words;
-  int missing = 0;
-  for (int index = 0; index < map.coil_count(); ++index) {
-    const auto plug = map.plug(index);
-    if (plug && !contains(found, *plug)) {
-      words << (missing++ == 0 ? "not plugged in or not usable: sensor " : ", sensor ") << index + 1 << " (";
-      name(words, *plug);
-      words << ")";
-    }
-  }
-  if (missing == 0) {
-    return words;
-  }
-  int others = 0;
-  for (const CoilPlug& plug : found) {
-    if (!map.coil_at(plug)) {
-      words << (others++ == 0 ? "; plugged in instead: " : ", ");
-      name(words, plug);
-    }
-  }
-  if (others == 0) {
-    words << (found.empty() ? "; nothing is plugged in" : "; nothing else is plugged in");
-  }
-  return words;
 }
 
 }  // namespace tubed::aurora

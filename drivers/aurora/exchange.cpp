@@ -53,6 +53,7 @@ void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout
   answer_begun_ = answer_begun_ && start < last_byte_ + kQuietLine;
   patience_ = patience;
   damaged_before_ = damaged();
+  sent_ = start;
   asked_ = start + static_cast<std::int64_t>(command.bytes().size()) * byte_time();
   deadline_ = asked_ + timeout;
 }
@@ -95,8 +96,9 @@ bool Exchange::take_reply(Reply& reply) noexcept {
     return false;
   }
   reply = *found;
-  answers_ = pending_;
-  pending_ = false;
+  // What began before the question was written answers an earlier one: the answer is still to come.
+  answers_ = pending_ && began_ >= sent_;
+  pending_ = pending_ && !answers_;
   // With noise before it, or when it began before the command went out, nobody knows when it began.
   const bool clean = discarded_ == reader_.counts().discarded_bytes && (!answers_ || began_ >= asked_);
   answered_ = clean ? began_ : last_byte_;

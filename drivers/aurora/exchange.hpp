@@ -86,6 +86,7 @@ class Exchange {
   Patience patience_ = Patience::kUntilDeadline;
   std::uint64_t damaged_before_ = 0;
   MonotonicTime deadline_{};
+  MonotonicTime sent_{};
   MonotonicTime asked_{};
   MonotonicTime began_{};  ///< of what is coming in now: not after this
   MonotonicTime answered_{};

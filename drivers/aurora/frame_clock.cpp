@@ -10,9 +10,14 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
+constexpr double as_ns(std::chrono::nanoseconds duration) noexcept {
+  return static_cast<double>(duration.count());
+}
+
 }  // namespace
 
-void FrameClock::observe(std::uint64_t measurement, MonotonicTime asked, MonotonicTime answered) noexcept {
+void FrameClock::observe(std::uint64_t measurement, std::optional<MonotonicTime> asked,
+                         MonotonicTime answered) noexcept {
   if (count_ == 0) {
     base_measurement_ = measurement;
     base_time_ = answered;
@@ -26,9 +31,29 @@ void FrameClock::observe(std::uint64_t measurement, MonotonicTime asked, Monoton
   tighten(segment, {.earliest = {}, .latest = {0, 0, true}});
   if (!find_periods()) {
     forget_earliest();
+    find_periods();
   }
+  if (asked) {
+    not_there(measurement + 1, *asked);
+  }
+  narrow_period();
+}
+
+// A lower bound that is wrong is off by a period at most, over 20 s: 0.12 %. Four times that is safe.
+void FrameClock::narrow_period() noexcept {
+  constexpr double kMargin = 0.005;
+  if (segment_length_ == kLongestSegment && most_period_ns_ - least_period_ns_ < kMargin * least_period_ns_) {
+    least_allowed_ns_ = std::max(kLeastPeriodNs, (1 - kMargin) * least_period_ns_);
+    most_allowed_ns_ = std::min(kMostPeriodNs, (1 + kMargin) * most_period_ns_);
+  }
+}
+
+void FrameClock::not_there(std::uint64_t measurement, MonotonicTime asked) noexcept {
+  Segment& segment = segments_[count_ - 1];
   const Bound before = segment.earliest;
-  tighten(segment, {.earliest = {1, static_cast<double>((asked - answered).count()), true}, .latest = {}});
+  const auto n = static_cast<double>(static_cast<std::int64_t>(measurement - base_measurement_));
+  tighten(segment,
+          {.earliest = {n, static_cast<double>((asked - base_time_).count()), true}, .latest = {}});
   if (find_periods()) {
     disbelieved_ = 0;
     return;
@@ -36,6 +61,8 @@ void FrameClock::observe(std::uint64_t measurement, MonotonicTime asked, Monoton
   segment.earliest = before;
   ++contradictions_;
   if (++disbelieved_ >= kMostDisbelieved) {
+    least_allowed_ns_ = kLeastPeriodNs;
+    most_allowed_ns_ = kMostPeriodNs;
     forget_earliest();
   }
   find_periods();
@@ -93,8 +120,8 @@ void FrameClock::merge_pairs() noexcept {
 // The line is above one bound and below another: that says how steep it can be. There is a line that keeps
 // all bounds if and only if every such pair leaves a slope.
 bool FrameClock::find_periods() noexcept {
-  double least = kLeastPeriodNs;
-  double most = kMostPeriodNs;
+  double least = least_allowed_ns_;
+  double most = most_allowed_ns_;
   for (std::size_t i = 0; i < count_; ++i) {
     const Bound& above = segments_[i].earliest;
     for (std::size_t j = 0; above.known && j < count_; ++j) {
@@ -130,23 +157,23 @@ void FrameClock::forget_earliest() noexcept {
   }
 }
 
-// No bound lies behind the measurement that is asked for, so that it is latest on the steepest possible line
-// and earliest on the flattest one.
+// Before a measurement's own number the line is latest when it is steepest and earliest when it is flattest;
+// the one bound behind the newest measurement, that of its successor, counts the other way round.
 FrameClock::Range FrameClock::range(std::uint64_t measurement) const noexcept {
   const auto n = static_cast<double>(static_cast<std::int64_t>(measurement - base_measurement_));
   double earliest = -kUnbounded;
   double latest = kUnbounded;
   for (std::size_t i = 0; i < count_; ++i) {
     const auto& [above, below] = segments_[i];
-    if (above.known && above.n <= n) {
-      earliest = std::max(earliest, above.time_ns + least_period_ns_ * (n - above.n));
+    if (above.known) {
+      const double period_ns = above.n <= n ? least_period_ns_ : most_period_ns_;
+      earliest = std::max(earliest, above.time_ns + period_ns * (n - above.n));
     }
     if (below.known) {
       latest = std::min(latest, below.time_ns + most_period_ns_ * (n - below.n));
     }
   }
-  // A measurement is not older than one period when it is still the newest.
-  earliest = std::min(std::max(earliest, latest - most_period_ns_), latest);
+  earliest = std::min(std::max(earliest, latest - as_ns(kUnknown)), latest);
   return {base_time_ + std::chrono::nanoseconds(std::llround(earliest)),
           base_time_ + std::chrono::nanoseconds(std::llround(latest))};
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/interface/timestamps.hpp"
 
@@ -32,15 +33,29 @@ class FrameClock {
   void reset() noexcept { *this = FrameClock(); }
 
   /// A reply's newest measurement was `measurement` (counts up, see FrameCounter). The tracker had the
-  /// question not before `asked` and began the answer not after `answered`.
-  void observe(std::uint64_t measurement, MonotonicTime asked, MonotonicTime answered) noexcept;
+  /// question not before `asked` and began the answer not after `answered`. Without `asked`: nobody knows which
+  /// question it answers, so that only its arrival proves something.
+  void observe(std::uint64_t measurement, std::optional<MonotonicTime> asked,
+               MonotonicTime answered) noexcept;
 
-  /// What is possible for `measurement`: the newest one or a later one. Only after observe().
+  /// `measurement` was not there when the tracker had a question, not before `asked`: what a repetition proves,
+  /// also when later measurements have been seen meanwhile. Only after observe().
+  void not_there(std::uint64_t measurement, MonotonicTime asked) noexcept;
+
+  /// Width of a range that nothing bounds below.
+  static constexpr std::chrono::seconds kUnknown{1};
+
+  /// What is possible for `measurement`: the newest one or a later one. Only after observe(). Its width is the
+  /// honest uncertainty: up to kUnknown when no question bounds it.
   [[nodiscard]] Range range(std::uint64_t measurement) const noexcept;
   /// Whether observe() was called.
   [[nodiscard]] bool started() const noexcept { return count_ > 0; }
   /// Time between two measurements: the middle of what is possible.
   [[nodiscard]] double period_ns() const noexcept { return (least_period_ns_ + most_period_ns_) / 2; }
+  /// Whether the period is known to 1 %.
+  [[nodiscard]] bool knows_period() const noexcept {
+    return most_period_ns_ - least_period_ns_ < 0.02 * least_period_ns_;
+  }
   /// Times that the bounds contradicted each other: a reply was older than it seemed.
   [[nodiscard]] std::uint64_t contradictions() const noexcept { return contradictions_; }
 
@@ -64,6 +79,7 @@ class FrameClock {
   void open_segment() noexcept;
   void merge_pairs() noexcept;
   bool find_periods() noexcept;
+  void narrow_period() noexcept;
   void forget_earliest() noexcept;
 
   std::array<Segment, kSegments> segments_{};  ///< oldest first
@@ -75,6 +91,9 @@ class FrameClock {
   // 40 measurements a second are said to be made, 40.4 have been recorded; some trackers make 66.
   static constexpr double kLeastPeriodNs = 14e6;
   static constexpr double kMostPeriodNs = 31e6;
+  // What the period can be at all: narrowed once it is known, so that it outlives a lower bound that was wrong.
+  double least_allowed_ns_ = kLeastPeriodNs;
+  double most_allowed_ns_ = kMostPeriodNs;
   double least_period_ns_ = kLeastPeriodNs;
   double most_period_ns_ = kMostPeriodNs;
   static constexpr int kMostDisbelieved = 40;

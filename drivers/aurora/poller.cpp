@@ -1,6 +1,7 @@
 #include "drivers/aurora/poller.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "drivers/aurora/bx_reply.hpp"
 #include "drivers/aurora/error_codes.hpp"
@@ -21,27 +22,25 @@ constexpr std::size_t kTextBytesBeside = 16;
 constexpr milliseconds kQuietAfterTrouble{5};
 constexpr milliseconds kLongestPauseInReply{20};
 
-constexpr int kFailuresUntilText = 4;      // polls without answer until text is tried between
-constexpr int kFailuresUntilSilent = 10;   // polls without answer until the link is looked for
-constexpr int kBinaryFailuresForText = 8;  // of these, binary ones beside which text worked
-constexpr int kTextSuccessesForText = 3;
-constexpr seconds kTryBinaryEvery{20};
+constexpr int kFailuresUntilSilent = 10;  // polls without answer until the link is looked for
 constexpr int kErrorsUntilRestart = 5;
 constexpr int kContradictionsUntilRestart = 4;
 constexpr seconds kStandstill{1};  // no new measurement for so long although the tracker answers
+/// How often, and by how much, a question is asked before the earliest instant that is possible.
+constexpr seconds kProbeEvery{3};
+constexpr milliseconds kProbeAhead{2};
+/// A tracker that takes longer than this to begin its answer is late.
+constexpr milliseconds kMaxTurnaround{10};
 /// Between two steps: then it was this program that stood still, or its machine, and nobody was asked.
 constexpr milliseconds kOwnAbsence{250};
 
 /// After an interruption of so long the times of measurement are found anew.
 constexpr seconds kClockLasts{5};
 
-/// A frame number this far from what the clock says is believed only when the next one agrees.
-constexpr milliseconds kFrameNumberTolerance{500};
-
-/// While a coil is absent and the tracker goes on saying that a port became occupied, the ports are looked at
-/// again after so long: tracking stops meanwhile, so ever more seldom.
-constexpr seconds kFirstLookAgain{2};
-constexpr seconds kLastLookAgain{300};
+/// A time of measurement is the middle of what is possible: off by half of this at most.
+constexpr milliseconds kMaxTimeUncertainty{40};
+/// A tracker whose counter stands still is started anew after 1, 2, 4, 8 s.
+constexpr int kMaxStandstillDoublings = 3;
 
 bool unknown_command(std::uint8_t code) noexcept {
   return code == 0x01 || code == 0x23 || code == 0x32 || code == 0x33;
@@ -49,31 +48,35 @@ bool unknown_command(std::uint8_t code) noexcept {
 
 }  // namespace
 
-void Poller::start(std::span<const TrackedHandle> handles, MonotonicTime now) noexcept {
+// The frame admission is kept: it recognises a number from before, whatever was done to the tracker meanwhile.
+void Poller::start(std::span<const TrackedHandle> handles, std::span<const std::uint8_t> found,
+                   MonotonicTime now) noexcept {
   handle_count_ = std::min(handles.size(), tracked_.size());
   std::copy_n(handles.begin(), handle_count_, tracked_.begin());
-  std::transform(tracked_.begin(), tracked_.begin() + static_cast<std::ptrdiff_t>(handle_count_),
-                 handles_.begin(), [](const TrackedHandle& tracked) { return tracked.handle; });
+  std::array<std::uint8_t, kMaxTrackerCoils> numbers{};
   const auto end = tracked_.begin() + static_cast<std::ptrdiff_t>(handle_count_);
+  std::transform(tracked_.begin(), end, numbers.begin(),
+                 [](const TrackedHandle& tracked) { return tracked.handle; });
   simulated_ =
       std::any_of(tracked_.begin(), end, [](const TrackedHandle& tracked) { return tracked.simulated; });
+  handles_.start(std::span(numbers).first(handle_count_), found);
+  tolerant_ = std::exchange(contradicted_, false);
   newest_ = {};
   system_status_ = {};
+  admission_.tracking_started();
   counter_.reset();
   clock_.reset();
   guard_.reset();
+  plugs_.start();
   begin_to_poll(now);
   first_seen_ = poll_at_once_ = false;
   last_new_ = now;
-  last_time_ = {};
-  occupied_bit_ = occupied_known_ = false;
   settling_polls_ = 0;
   int placed = 0;
   for (int coil = 0; coil < coils_.coil_count(); ++coil) {
     placed += coils_.plug(coil) ? 1 : 0;
   }
   coil_absent_ = static_cast<int>(handle_count_) < placed;
-  look_again_at_ = MonotonicTime::max();
 }
 
 // The number of the next measurement has to fit the one before the interruption. An answer to a question from
@@ -85,10 +88,11 @@ void Poller::resume(MonotonicTime now) noexcept {
 }
 
 void Poller::begin_to_poll(MonotonicTime now) noexcept {
-  number_in_doubt_ = ports_changed_ = false;
-  failures_ = errors_in_a_row_ = contradictions_ = 0;
-  binary_failures_ = text_successes_ = 0;
-  hold_until_ = still_since_ = last_step_ = try_binary_at_ = now;
+  ports_changed_ = false;
+  errors_in_a_row_ = contradictions_ = 0;
+  encoding_.begin(now);
+  forget_unverified();
+  hold_until_ = still_since_ = last_step_ = now;
 }
 
 Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& frame) noexcept {
@@ -100,9 +104,11 @@ Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& 
       ports_changed_ = false;
       return Event::kPortsChanged;
     }
-    if (now - still_since_ > kStandstill && failures_ == 0 && !exchange.pending()) {
+    if (now - still_since_ > kStandstill * (1 << standstills_) && encoding_.failures() == 0 &&
+        !exchange.pending()) {
       still_since_ = now;
-      return Event::kNotTracking;
+      standstills_ = std::min(standstills_ + 1, kMaxStandstillDoublings);
+      return Event::kStandstill;
     }
     const MonotonicTime due = next_poll(exchange);
     if (!exchange.pending() && now >= due) {
@@ -138,41 +144,48 @@ MonotonicTime Poller::next_poll(const Exchange& exchange) const noexcept {
     // The tracker has the question in the middle of what is possible: soon after the measurement, and every
     // answer makes the range smaller.
     constexpr std::int64_t kCommandBytes = 12;
-    due = std::max(due, clock_.range(measurement_ + 1).middle() - kCommandBytes * exchange.byte_time());
+    const FrameClock::Range range = clock_.range(measurement_ + 1);
+    const MonotonicTime heard = probe_ ? range.earliest - kProbeAhead : range.middle();
+    due = std::max(due, heard - kCommandBytes * exchange.byte_time());
   }
   return due;
 }
 
 void Poller::poll(Exchange& exchange) noexcept {
-  const MonotonicTime now = exchange.now();
-  asked_text_ = text_mode_ ? now < try_binary_at_ : failures_ >= kFailuresUntilText && failures_ % 2 == 0;
-  if (text_mode_ && !asked_text_) {
-    try_binary_at_ = now + kTryBinaryEvery;
-  }
-  const std::size_t bytes = asked_text_ ? handle_count_ * kTextBytesAHandle + kTextBytesBeside
-                                        : kBxHeaderSize + 3 + handle_count_ * 42 + kBxCrcSize;
+  const bool text = encoding_.ask_in_text(exchange.now());
+  // Every handle that the tracker has allocated may be there, those that are not tracked without a pose.
+  const std::size_t handles = std::max(handle_count_, handles_.reported().size());
+  const std::size_t bytes = text ? handles * kTextBytesAHandle + kTextBytesBeside
+                                 : kBxHeaderSize + 3 + handles * 42 + kBxCrcSize;
   const auto on_the_wire = static_cast<std::int64_t>(bytes) * exchange.byte_time();
   ++counts_.polls;
-  poll_at_once_ = false;
+  poll_at_once_ = probe_ = false;
   settling_polls_ = std::max(settling_polls_ - 1, 0);
-  exchange.send(asked_text_ ? tx_command(kOptions) : bx_command(kOptions),
-                on_the_wire + settings_.reply_margin, Exchange::Patience::kWhileTalking);
+  take_verified();
+  exchange.send(text ? tx_command(kOptions) : bx_command(kOptions), on_the_wire + settings_.reply_margin,
+                Exchange::Patience::kWhileTalking);
 }
 
 Poller::Event Poller::unanswered(MonotonicTime now) noexcept {
   ++counts_.unanswered;
-  ++failures_;
-  binary_failures_ += asked_text_ ? 0 : 1;
+  encoding_.unanswered();
   hold_until_ = now + kQuietAfterTrouble;
   settling_polls_ = 2;
   poll_at_once_ = true;
-  return failures_ >= kFailuresUntilSilent ? Event::kSilent : Event::kRefused;
+  return encoding_.failures() >= kFailuresUntilSilent ? Event::kSilent : Event::kRefused;
+}
+
+// Another reply may follow this one: it would be taken for the answer to the next question, and every time after
+// it would be late. A tracker that has heard the last question begins to answer within its usual time.
+void Poller::settle(MonotonicTime now) noexcept {
+  hold_until_ = now + kQuietAfterTrouble + 2 * turnaround_;
+  verified_by_quiet_ = true;
 }
 
 Poller::Event Poller::answered(const Reply& reply, Exchange& exchange, EmFrame& frame) noexcept {
   const MonotonicTime now = exchange.now();
   if (settling_polls_ > 0) {
-    hold_until_ = now + kQuietAfterTrouble;  // answers to earlier polls may follow
+    hold_until_ = now + kQuietAfterTrouble + 2 * turnaround_;  // answers to earlier polls may follow
   }
   switch (reply.kind) {
     case ReplyKind::kReset:
@@ -182,7 +195,8 @@ Poller::Event Poller::answered(const Reply& reply, Exchange& exchange, EmFrame& 
     case ReplyKind::kBinary:
     case ReplyKind::kText:
       if (decode(reply)) {
-        link_works(reply.kind == ReplyKind::kBinary, now);
+        errors_in_a_row_ = 0;
+        counts_.tx_fallbacks += encoding_.understood(reply.kind == ReplyKind::kBinary, now) ? 1 : 0;
         return measured(exchange, frame);
       }
       [[fallthrough]];
@@ -198,10 +212,9 @@ Poller::Event Poller::error(std::uint8_t code, MonotonicTime now) noexcept {
   ++errors_in_a_row_;
   hold_until_ = now + kQuietAfterTrouble;
   poll_at_once_ = true;
-  if (!asked_text_ && unknown_command(code)) {
-    binary_failures_ += 2;
-    failures_ = std::max(failures_ + 1, kFailuresUntilText);
-    return failures_ >= kFailuresUntilSilent ? Event::kNotTracking : Event::kRefused;
+  if (!encoding_.asked_in_text() && unknown_command(code)) {
+    encoding_.not_known(code);
+    return encoding_.failures() >= kFailuresUntilSilent ? Event::kNotTracking : Event::kRefused;
   }
   const bool may_help_to_repeat = describe_error(code).remedy == Remedy::kRetry;
   const int most = may_help_to_repeat ? kFailuresUntilSilent : kErrorsUntilRestart;
@@ -213,37 +226,41 @@ bool Poller::decode(const Reply& reply) noexcept {
                                           : decode_tx(reply.text(), reply_);
 }
 
-// Text is used when binary replies fail again and again while text ones come, and binary ones are tried again
-// now and then: a damaged line hurts both.
-void Poller::link_works(bool binary, MonotonicTime now) noexcept {
-  failures_ = errors_in_a_row_ = 0;
-  if (binary) {
-    binary_failures_ = text_successes_ = 0;
-    text_mode_ = false;
-    return;
+Poller::Event Poller::refused() noexcept {
+  ++counts_.refused;
+  poll_at_once_ = true;
+  return Event::kRefused;
+}
+
+// A contradiction that stays when the ports have been initialised again is not resolved by doing that for ever:
+// then the replies are taken for what they have.
+bool Poller::handles_agree() noexcept {
+  agreement_ = handles_.compare(reply_);
+  switch (agreement_) {
+    case ReportedHandles::Agreement::kComplete:
+      return true;
+    case ReportedHandles::Agreement::kForeignEnabled:
+    case ReportedHandles::Agreement::kTrackedAbsent:
+      return tolerant_;
+    case ReportedHandles::Agreement::kTwice:
+      break;
   }
-  ++text_successes_;
-  const bool give_up_binary =
-      binary_failures_ >= kBinaryFailuresForText && text_successes_ >= kTextSuccessesForText;
-  if (!text_mode_ && give_up_binary) {
-    text_mode_ = true;
-    try_binary_at_ = now + kTryBinaryEvery;
-    ++counts_.tx_fallbacks;
-  } else if (!text_mode_) {
-    failures_ = kFailuresUntilText - 1;  // ask in binary next, then in text again
-  }
+  return false;
 }
 
 Poller::Event Poller::contradicted() noexcept {
-  ++counts_.refused;
-  poll_at_once_ = true;
-  return ++contradictions_ >= kContradictionsUntilRestart ? Event::kPortsChanged : Event::kRefused;
+  refused();
+  contradicted_ = ++contradictions_ >= kContradictionsUntilRestart;
+  return contradicted_ ? Event::kPortsChanged : Event::kRefused;
 }
 
 Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   const MonotonicTime now = exchange.now();
-  const std::span<const std::uint8_t> handles(handles_.data(), handle_count_);
-  if (!lists_exactly(reply_, handles)) {
+  if (!exchange.answers()) {
+    ++counts_.unsolicited;
+    forget_unverified();  // what came before it was no answer to the last question: this is
+  }
+  if (!handles_agree()) {
     return contradicted();
   }
   const auto number = common_frame(reply_);
@@ -256,36 +273,109 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
   if (nothing_yet) {
     return Event::kQuiet;  // what the first reply after TSTART says before anything was measured
   }
-  if (!believable_number(*number, now)) {
-    ++counts_.refused;
-    poll_at_once_ = true;
-    return Event::kRefused;
+  newest_number_ = *number;
+  contradictions_ = 0;
+  switch (admission_.judge(*number, now, period_ns_)) {
+    case FrameAdmission::Verdict::kHeldBack:
+      return held_back();
+    case FrameAdmission::Verdict::kConfirmed:
+      counter_.reset();
+      clock_.reset();
+      forget_unverified();
+      break;
+    case FrameAdmission::Verdict::kExpected:
+      break;
+  }
+  if (static_cast<std::int32_t>(*number - admission_.last()) < 0) {
+    forget_unverified();
+    settle(now);  // a late reply: others may follow
+    return refused();
   }
   const FrameStep step = counter_.observe(*number);
-  if (step.kind == FrameKind::kOld) {
-    ++counts_.refused;
-    poll_at_once_ = true;
-    return Event::kRefused;
-  }
-  contradictions_ = 0;
-  if (step.kind == FrameKind::kRestarted || (first_seen_ && now - last_new_ > kClockLasts)) {
+  if (first_seen_ && now - last_new_ > kClockLasts) {
     clock_.reset();
+    forget_unverified();
+  }
+  if (step.kind == FrameKind::kDuplicate) {
+    return repeated(exchange);
   }
   measurement_ = step.measurement;
-  // An answer to an earlier poll says nothing about what was there when this one was sent.
-  const bool late = settling_polls_ > 0 || !exchange.answers();
-  const MonotonicTime asked = late ? exchange.answered() - kStandstill : exchange.asked();
-  clock_.observe(measurement_, asked, exchange.answered());
-  if (step.kind == FrameKind::kDuplicate) {
-    ++counts_.duplicates;
-    poll_at_once_ = true;
-    return Event::kQuiet;
+  counts_.missed += step.missed;
+  learn_time(exchange);
+  return deliver(now, frame);
+}
+
+// The first number after TSTART is always held back; later ones are when the counter contradicts the time.
+Poller::Event Poller::held_back() noexcept { return first_seen_ ? refused() : Event::kQuiet; }
+
+// Either the question came too early, or this is a copy, and the answer to the question is still to come: then it
+// comes behind the answer to the next question, after which the line is kept quiet. That next question is asked at
+// once: a measurement is lost otherwise where a reply takes most of a period.
+Poller::Event Poller::repeated(Exchange& exchange) noexcept {
+  ++counts_.duplicates;
+  poll_at_once_ = true;
+  if (exchange.answers() && settling_polls_ == 0) {
+    remember_question(exchange.asked());
+    verified_by_quiet_ = false;
+  }
+  if (++repetitions_ > 1) {
+    settle(exchange.now());
+  }
+  return Event::kQuiet;
+}
+
+void Poller::remember_question(MonotonicTime asked) noexcept {
+  unverified_[unverified_count_] = {measurement_ + 1, asked};
+  unverified_count_ = std::min(unverified_count_ + 1, unverified_.size() - 1);
+}
+
+void Poller::take_verified() noexcept {
+  if (!std::exchange(verified_by_quiet_, false)) {
+    return;
+  }
+  for (std::size_t i = 0; i < unverified_count_ && clock_.started(); ++i) {
+    clock_.not_there(unverified_[i].measurement, unverified_[i].asked);
+  }
+  forget_unverified();
+}
+
+void Poller::learn_time(Exchange& exchange) noexcept {
+  // An answer to an earlier question says nothing about what was there when this one was sent.
+  const bool in_step = exchange.answers() && settling_polls_ == 0;
+  if (!in_step || unverified_count_ > 0) {
+    clock_.observe(measurement_, std::nullopt, exchange.answered());
+    if (in_step) {
+      remember_question(exchange.asked());
+      settle(exchange.now());
+    }
+    return;
+  }
+  constexpr int kMemory = 16;
+  const auto turnaround = std::clamp<std::chrono::nanoseconds>(exchange.answered() - exchange.asked(),
+                                                               std::chrono::nanoseconds(0), kMaxTurnaround);
+  turnaround_ += (turnaround - turnaround_) / kMemory;
+  clock_.observe(measurement_, exchange.asked(), exchange.answered());
+  period_ns_ = clock_.knows_period() ? clock_.period_ns() : period_ns_;
+}
+
+// A tracker that now and then answers with an old measurement proves what is not so, and every question is asked a
+// little later than the one before. A question that comes early, and is answered with a new measurement, ends that.
+void Poller::schedule_probe(MonotonicTime now) noexcept {
+  if (now >= probe_at_) {
+    probe_ = true;
+    probe_at_ = now + kProbeEvery;
+  }
+}
+
+Poller::Event Poller::deliver(MonotonicTime now, EmFrame& frame) noexcept {
+  last_new_ = still_since_ = now;
+  standstills_ = repetitions_ = 0;
+  schedule_probe(now);
+  take_readings(now);
+  if (clock_.range(measurement_).width() > kMaxTimeUncertainty) {
+    return refused();  // the next answer in time says when
   }
   first_seen_ = true;
-  last_number_ = *number;
-  last_new_ = still_since_ = now;
-  counts_.missed += step.missed;
-  look_at_ports(now);
   fill(frame, measurement_, now);
   if (!guard_.believe(frame)) {
     ++counts_.refused;
@@ -310,27 +400,6 @@ Poller::Event Poller::without_number(MonotonicTime now) noexcept {
   return contradicted();
 }
 
-bool Poller::believable_number(std::uint32_t number, MonotonicTime now) noexcept {
-  if (!first_seen_ || number == last_number_) {
-    number_in_doubt_ = false;
-    return true;
-  }
-  const auto ahead = static_cast<std::int32_t>(number - last_number_);
-  const double expected_ns = static_cast<double>((now - last_new_).count());
-  const double said_ns = ahead / static_cast<double>(kCountsPerMeasurement) * clock_.period_ns();
-  const auto since_doubted = static_cast<std::int32_t>(number - doubted_number_);
-  const bool agrees_with_doubted = number_in_doubt_ && since_doubted >= 0 &&
-                                   since_doubted <= 40 * static_cast<std::int32_t>(kCountsPerMeasurement);
-  const auto tolerance_ns = static_cast<double>(std::chrono::nanoseconds(kFrameNumberTolerance).count());
-  if (std::abs(said_ns - expected_ns) <= tolerance_ns || agrees_with_doubted) {
-    number_in_doubt_ = false;
-    return true;
-  }
-  number_in_doubt_ = true;
-  doubted_number_ = number;
-  return false;
-}
-
 bool Poller::has_lost(std::uint8_t handle) const noexcept {
   for (std::size_t i = 0; i < handle_count_; ++i) {
     const Report report = newest_[i].report;
@@ -341,40 +410,30 @@ bool Poller::has_lost(std::uint8_t handle) const noexcept {
   return false;
 }
 
-void Poller::look_at_ports(MonotonicTime now) noexcept {
+void Poller::take_readings(MonotonicTime now) noexcept {
   bool absent = coil_absent_;
+  const auto readings = reply_.readings();
   for (std::size_t i = 0; i < handle_count_; ++i) {
-    const auto readings = reply_.readings();
     const auto found = std::find_if(readings.begin(), readings.end(), [&](const HandleReading& reading) {
       return reading.handle == tracked_[i].handle;
     });
+    newest_[i] = HandleReading{};
+    newest_[i].report = Report::kDisabled;  // a reply without it
     if (found != readings.end()) {
       newest_[i] = *found;
-      absent |= found->report == Report::kDisabled || found->report == Report::kUnoccupied;
     }
+    absent |= newest_[i].report == Report::kDisabled || newest_[i].report == Report::kUnoccupied;
   }
   system_status_ = reply_.system_status;
-  const bool occupied = system_status_.port_became_occupied();
-  if (!absent) {
-    look_again_at_ = MonotonicTime::max();
-    look_again_after_ = kFirstLookAgain;
-  } else if (occupied && !occupied_bit_ && occupied_known_) {
-    ports_changed_ = true;
-  } else if (occupied && look_again_at_ == MonotonicTime::max()) {
-    look_again_at_ = now + look_again_after_;
-  } else if (now >= look_again_at_) {
-    ports_changed_ = true;
-    look_again_after_ = std::min<std::chrono::nanoseconds>(2 * look_again_after_, kLastLookAgain);
-  }
-  occupied_bit_ = occupied;
-  occupied_known_ = true;
+  ports_changed_ |= plugs_.look(
+      {.coil_absent = absent, .newcomer = handles_.newcomer() >= 0, .status = system_status_}, now);
 }
 
 void Poller::fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) const noexcept {
   frame.received = now;
   frame.measured = clock_.range(measurement).middle() - settings_.latency;
   frame.measured = std::max(frame.measured, last_time_ + std::chrono::microseconds(1));
-  frame.tracker_frame = last_number_;
+  frame.tracker_frame = newest_number_;
   frame.origin = simulated_ ? Origin::kSimulated : Origin::kDevice;
   frame.coil_count = coils_.coil_count();
   CoilSample absent;

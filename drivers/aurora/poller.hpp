@@ -5,10 +5,14 @@
 #include <span>
 
 #include "drivers/aurora/coil_map.hpp"
+#include "drivers/aurora/encoding_choice.hpp"
 #include "drivers/aurora/exchange.hpp"
+#include "drivers/aurora/frame_admission.hpp"
 #include "drivers/aurora/frame_clock.hpp"
 #include "drivers/aurora/frame_counter.hpp"
+#include "drivers/aurora/plug_watch.hpp"
 #include "drivers/aurora/pose_guard.hpp"
+#include "drivers/aurora/reported_handles.hpp"
 #include "drivers/aurora/tracking_reply.hpp"
 
 namespace tubed::aurora {
@@ -34,6 +38,7 @@ struct PollerCounts {
   std::uint64_t unanswered = 0;    ///< no reply, or a damaged one
   std::uint64_t errors = 0;        ///< ERRORnn
   std::uint64_t refused = 0;       ///< replies that contradict what is known: handles, frame numbers, leaps
+  std::uint64_t unsolicited = 0;   ///< replies that no question was waiting for
   std::uint64_t tx_fallbacks = 0;  ///< times that BX was given up
 };
 
@@ -45,7 +50,8 @@ class Poller {
     kMeasurement,   ///< the frame was filled
     kRefused,       ///< a reply that cannot be used, or none
     kPortsChanged,  ///< a plug was pulled or put in that is of interest: initialise the ports again
-    kNotTracking,   ///< the tracker says so, or measures no more: start tracking again
+    kNotTracking,   ///< the tracker says so: start tracking again
+    kStandstill,    ///< the tracker answers, but its frame counter does not move as time does: the same
     kReset,         ///< the tracker has started anew
     kSilent,        ///< many polls without answer: find the link again
     kGone           ///< the channel is gone
@@ -53,8 +59,9 @@ class Poller {
 
   Poller(const PollerSettings& settings, const CoilMap& coils) : settings_(settings), coils_(coils) {}
 
-  /// Tracking has begun with these handles enabled.
-  void start(std::span<const TrackedHandle> handles, MonotonicTime now) noexcept;
+  /// Tracking has begun with these handles enabled; `found` are all that the port setup met.
+  void start(std::span<const TrackedHandle> handles, std::span<const std::uint8_t> found,
+             MonotonicTime now) noexcept;
   /// Tracking goes on after the line was interrupted, with the same handles.
   void resume(MonotonicTime now) noexcept;
   /// Goes on until something happens or the deadline has come.
@@ -62,14 +69,20 @@ class Poller {
 
   [[nodiscard]] const PollerCounts& counts() const noexcept { return counts_; }
   [[nodiscard]] const FrameClock& clock() const noexcept { return clock_; }
-  /// Binary replies are not to be had: text is used.
-  [[nodiscard]] bool uses_text() const noexcept { return text_mode_; }
-  /// The newest reply says that the tool of `handle` was pulled out.
+  [[nodiscard]] const EncodingChoice& encoding() const noexcept { return encoding_; }
+  /// Handles of the newest reply beside those that are tracked.
+  [[nodiscard]] const ReportedHandles& handles() const noexcept { return handles_; }
+  /// The tracker goes on reporting other handles than those that are enabled, also after the ports were
+  /// initialised again: what can be used of its replies is used.
+  [[nodiscard]] bool handles_contradict() const noexcept {
+    return tolerant_ && agreement_ != ReportedHandles::Agreement::kComplete;
+  }
+  /// The newest reply says that the tool of `handle` was pulled out, or does not have it.
   [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept;
   /// Of the newest measurement.
   [[nodiscard]] SystemStatus system_status() const noexcept { return system_status_; }
-  /// Newest status that a reply had of the handle at `index` of start().
-  [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept { return newest_[index]; }
+  /// Frame number of the newest reply, believed or not.
+  [[nodiscard]] std::uint32_t newest_number() const noexcept { return newest_number_; }
 
  private:
   [[nodiscard]] MonotonicTime next_poll(const Exchange& exchange) const noexcept;
@@ -78,32 +91,51 @@ class Poller {
   Event answered(const Reply& reply, Exchange& exchange, EmFrame& frame) noexcept;
   Event error(std::uint8_t code, MonotonicTime now) noexcept;
   Event measured(Exchange& exchange, EmFrame& frame) noexcept;
+  [[nodiscard]] bool handles_agree() noexcept;
   Event contradicted() noexcept;
+  Event refused() noexcept;
   bool decode(const Reply& reply) noexcept;
-  void link_works(bool binary, MonotonicTime now) noexcept;
-  bool believable_number(std::uint32_t number, MonotonicTime now) noexcept;
   Event without_number(MonotonicTime now) noexcept;
+  Event held_back() noexcept;
+  Event repeated(Exchange& exchange) noexcept;
+  void schedule_probe(MonotonicTime now) noexcept;
+  void remember_question(MonotonicTime asked) noexcept;
+  void take_verified() noexcept;
+  void forget_unverified() noexcept { unverified_count_ = 0; }
+  void learn_time(Exchange& exchange) noexcept;
+  Event deliver(MonotonicTime now, EmFrame& frame) noexcept;
+  void settle(MonotonicTime now) noexcept;
   void fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) const noexcept;
-  void look_at_ports(MonotonicTime now) noexcept;
+  void take_readings(MonotonicTime now) noexcept;
   void begin_to_poll(MonotonicTime now) noexcept;
+
+  /// Measurement `measurement` was not there when the tracker was asked: true unless the answer was a copy of an
+  /// earlier one, which shows when another reply follows that nobody asked for.
+  struct Evidence {
+    std::uint64_t measurement = 0;
+    MonotonicTime asked;
+  };
 
   PollerSettings settings_;
   CoilMap coils_;
   std::array<TrackedHandle, kMaxTrackerCoils> tracked_{};
-  std::array<std::uint8_t, kMaxTrackerCoils> handles_{};
   std::size_t handle_count_ = 0;
   bool simulated_ = false;
   std::array<HandleReading, kMaxTrackerCoils> newest_{};
   SystemStatus system_status_;
 
   TrackingReply reply_;
+  ReportedHandles handles_;
+  EncodingChoice encoding_;
+  FrameAdmission admission_;
   FrameCounter counter_;
   FrameClock clock_;
   PoseGuard guard_;
+  PlugWatch plugs_;
   PollerCounts counts_;
 
-  bool first_seen_ = false;
-  std::uint32_t last_number_ = 0;
+  bool first_seen_ = false;  ///< a measurement since start()
+  std::uint32_t newest_number_ = 0;
   std::uint64_t measurement_ = 0;  ///< newest, as counted
   MonotonicTime last_time_{};      ///< measured, of the last frame
   MonotonicTime last_new_{};       ///< when the last new measurement came
@@ -112,24 +144,24 @@ class Poller {
   MonotonicTime hold_until_{};     ///< the line must be quiet first
   bool poll_at_once_ = false;
   int settling_polls_ = 0;  ///< answers to earlier polls may come before this one's
+  std::array<Evidence, 4> unverified_{};
+  std::size_t unverified_count_ = 0;
+  bool verified_by_quiet_ = false;  ///< unverified evidence is good when the next question can be sent
+  int repetitions_ = 0;             ///< in a row
+  bool probe_ = false;   ///< ask early: whether what repetitions proved is still so
+  MonotonicTime probe_at_{};
 
-  bool text_mode_ = false;
-  bool asked_text_ = false;
-  MonotonicTime try_binary_at_{};
-  int binary_failures_ = 0;  ///< in a row
-  int text_successes_ = 0;   ///< meanwhile
-  int failures_ = 0;         ///< in a row
+  std::chrono::nanoseconds turnaround_{0};  ///< from a question to its answer, mean
+  double period_ns_ = 25e6;                 ///< between measurements, as learnt
+  int standstills_ = 0;                     ///< in a row
+
   int errors_in_a_row_ = 0;
-  int contradictions_ = 0;
-  std::uint32_t doubted_number_ = 0;
-  bool number_in_doubt_ = false;
-
-  bool occupied_bit_ = false;
-  bool occupied_known_ = false;
-  bool coil_absent_ = false;
+  int contradictions_ = 0;        ///< in a row
+  bool contradicted_ = false;     ///< the ports are initialised again because of contradictions
+  bool tolerant_ = false;
+  ReportedHandles::Agreement agreement_ = ReportedHandles::Agreement::kComplete;  ///< of the newest reply
+  bool coil_absent_ = false;      ///< since the port setup
   bool ports_changed_ = false;
-  MonotonicTime look_again_at_ = MonotonicTime::max();
-  std::chrono::nanoseconds look_again_after_ = std::chrono::seconds(2);
 };
 
 }  // namespace tubed::aurora

@@ -125,6 +125,26 @@ std::optional<std::string_view> find_firmware(std::string_view payload) noexcept
   return std::nullopt;
 }
 
+std::optional<std::string_view> find_serial_number(std::string_view payload) noexcept {
+  constexpr std::string_view kNames[] = {"serial", "Serial", "SERIAL", "S/N"};
+  while (!payload.empty()) {
+    std::string_view line = take_line(payload);
+    const bool speaks_of_it = std::any_of(std::begin(kNames), std::end(kNames), [&](std::string_view name) {
+      return line.find(name) != std::string_view::npos;
+    });
+    if (!speaks_of_it) {
+      continue;
+    }
+    const std::size_t colon = line.find(':');
+    line.remove_prefix(colon == std::string_view::npos ? 0 : colon + 1);
+    const std::size_t first = line.find_first_not_of(' ');
+    if (first != std::string_view::npos) {
+      return line.substr(first, line.find_last_not_of(" \r") - first + 1);
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string_view> find_user_parameter(std::string_view payload,
                                                     std::string_view name) noexcept {
   while (!payload.empty()) {

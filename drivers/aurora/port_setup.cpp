@@ -23,6 +23,14 @@ constexpr milliseconds kTimeout{1500};
 /// Questions that some other means answers as well.
 constexpr milliseconds kOptionalTimeout{500};
 
+constexpr std::uint16_t kDescription = kToolField | kPartNumberField | kLocationField;
+constexpr std::size_t kToolBlocks = ToolDefinition::kSize / kToolMemoryBlock;
+
+/// What the file has of a block; nothing behind its end.
+Bytes block_of(Bytes file, std::size_t block) noexcept {
+  return file.subspan(std::min(file.size(), block * kToolMemoryBlock));
+}
+
 }  // namespace
 
 void PortSetup::begin() noexcept {
@@ -46,7 +54,7 @@ CommandLine PortSetup::command() const noexcept {
       return phinf_command(handle(), kLocationField);
     case Step::kWrite:
       return pvwr_command(handle(), static_cast<std::uint16_t>(block_ * kToolMemoryBlock),
-                          definition()->bytes.subspan(block_ * kToolMemoryBlock));
+                          block_of(definition()->bytes, block_));
     case Step::kInitialise:
       return pinit_command(handle());
     case Step::kListReady:
@@ -54,7 +62,7 @@ CommandLine PortSetup::command() const noexcept {
     case Step::kListEnabled:
       return phsr_command(HandleQuery::kEnabled);
     case Step::kDescribe:
-      return phinf_command(handle(), kToolField | kLocationField);
+      return phinf_command(handle(), kDescription);
     case Step::kEnable:
       return pena_command(handle(), TrackingPriority::kDynamic);
     case Step::kDisable:
@@ -219,15 +227,13 @@ void PortSetup::next_handle() noexcept {
 void PortSetup::step_done(const Reply* reply) noexcept {
   const std::uint8_t error = reply != nullptr && reply->kind == ReplyKind::kError ? reply->error_code : 0;
   switch (step_) {
-    case Step::kWrite: {
-      const std::size_t blocks = (definition()->bytes.size() + kToolMemoryBlock - 1) / kToolMemoryBlock;
-      if (carried_out(reply) && ++block_ < blocks) {
+    case Step::kWrite:
+      if (carried_out(reply) && ++block_ < kToolBlocks) {
         enter(Step::kWrite);
       } else {
         enter(Step::kInitialise);  // when writing failed, PINIT says what that means
       }
       return;
-    }
     case Step::kInitialise:
       if (!carried_out(reply) && error != kHandleGone) {
         FoundCoil& failed = coil(handle());
@@ -249,7 +255,7 @@ void PortSetup::step_done(const Reply* reply) noexcept {
 }
 
 void PortSetup::describe(const Reply* reply) noexcept {
-  const std::uint16_t fields = step_ == Step::kDescribe ? kToolField | kLocationField : kLocationField;
+  const std::uint16_t fields = step_ == Step::kDescribe ? kDescription : kLocationField;
   const auto tool =
       reply != nullptr && reply->kind == ReplyKind::kText ? parse_tool(reply->text(), fields) : std::nullopt;
   if (!tool && (reply == nullptr || reply->kind == ReplyKind::kText) && step_ == Step::kDescribe && retry()) {
@@ -263,24 +269,35 @@ void PortSetup::describe(const Reply* reply) noexcept {
     enter(definition() != nullptr && !definition()->bytes.empty() ? Step::kWrite : Step::kInitialise);
     return;
   }
+  FoundCoil& described = coil(handle());
   if (!tool || tool->unoccupied) {
+    described.unoccupied = tool.has_value();
     next_handle();
     return;
   }
-  const bool twice = std::any_of(found().begin(), found().end(), [&](const FoundCoil& other) {
-    return other.usable && other.plug == plug && other.handle != handle();
-  });
-  FoundCoil& described = coil(handle());
   described.plug = plug;
   if (step_ == Step::kLocateFailed) {
     next_handle();
     return;
   }
   described.serial_number = tool->tool->serial_number;
+  described.part_number = {};
+  described.part_number.printable(tool->part_number->text());
   described.simulated = tool->tool->manufacturer.text() == kSimulatedManufacturer;
-  const bool wanted = coils_.coil_at(plug).has_value() && !twice;
-  const bool enabled = tool->tool->status.enabled();
-  described.usable = enabled == wanted && !twice;
+  control_unit_serial_ = tool->location->control_unit_serial;
+  choose(described, tool->tool->status.enabled());
+}
+
+// Enables what the map has, disables what it does not.
+void PortSetup::choose(FoundCoil& described, bool enabled) noexcept {
+  const auto index = coils_.coil_at(described.plug);
+  const bool twice = std::any_of(found().begin(), found().end(), [&](const FoundCoil& other) {
+    return other.usable && other.plug == described.plug && other.handle != described.handle;
+  });
+  described.other_tool =
+      index && !coils_.expected(*index).matches(described.serial_number, described.part_number.text());
+  const bool wanted = index && !twice && !described.other_tool;
+  described.usable = enabled == wanted && !twice && !described.other_tool;
   if (wanted != enabled) {
     enter(wanted ? Step::kEnable : Step::kDisable);
     return;
@@ -297,6 +314,18 @@ FoundCoil& PortSetup::coil(std::uint8_t handle) noexcept {
   found_count_ = std::min(found_count_ + 1, found_.size());
   found_[found_count_ - 1].handle = handle;
   return found_[found_count_ - 1];
+}
+
+BoundedText<63> PortSetup::progress() const noexcept {
+  BoundedText<63> words;
+  const std::string_view command = this->command().text();
+  words << command.substr(0, command.find_first_of(": "));
+  if (step_ == Step::kListStale || step_ == Step::kListNew || step_ == Step::kListReady ||
+      step_ == Step::kListEnabled) {
+    return words << ", looking for tools";
+  }
+  (words << " of handle ").hex(handle());
+  return words << ", " << static_cast<int>(at_) + 1 << " of " << static_cast<int>(handle_count_);
 }
 
 const ToolDefinition* PortSetup::definition() const noexcept {

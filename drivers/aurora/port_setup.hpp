@@ -9,13 +9,16 @@
 #include "drivers/aurora/command.hpp"
 #include "drivers/aurora/port_replies.hpp"
 #include "drivers/aurora/reply.hpp"
+#include "drivers/interface/bounded_text.hpp"
 
 namespace tubed::aurora {
 
-/// What a tool's memory should have held, for tools whose memory was never written.
+/// What a tool's memory should have held, for tools whose memory was never written. A tool becomes usable only
+/// when its whole memory was written: a definition file may be shorter, zeros follow it.
 struct ToolDefinition {
+  static constexpr std::size_t kSize = 1024;  ///< bytes of a tool's memory: 16 blocks of PVWR
   int port = 0;
-  Bytes bytes;  ///< has to outlive the setup
+  Bytes bytes;  ///< up to kSize; has to outlive the setup
 };
 
 /// What was found out about one handle.
@@ -23,8 +26,11 @@ struct FoundCoil {
   std::uint8_t handle = 0;
   CoilPlug plug;  ///< port 0: the tracker did not say
   std::uint32_t serial_number = 0;
+  BoundedText<20> part_number = {};
   bool simulated = false;       ///< a tool of the emulated tracker
   bool usable = false;          ///< initialised, and enabled if the map has it
+  bool other_tool = false;      ///< the map expects another tool in this plug
+  bool unoccupied = false;      ///< allocated, but its tool is gone
   std::uint8_t error_code = 0;  ///< why it is not usable; 0: it is, or it did not answer
 };
 
@@ -53,7 +59,12 @@ class PortSetup {
   /// The reply to command(); nullptr: there was none.
   void take(const Reply* reply) noexcept;
 
+  /// Every handle that was met, also those that failed and those whose tool is gone.
   [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return {found_.data(), found_count_}; }
+  /// Of the tracker, as the tools' descriptions have it.
+  [[nodiscard]] std::string_view control_unit_serial() const noexcept { return control_unit_serial_.text(); }
+  /// What is being done, as "PINIT of handle 0B, 2 of 4".
+  [[nodiscard]] BoundedText<63> progress() const noexcept;
 
  private:
   enum class Step {
@@ -79,6 +90,7 @@ class PortSetup {
   void next_handle() noexcept;
   void step_done(const Reply* reply) noexcept;
   void describe(const Reply* reply) noexcept;
+  void choose(FoundCoil& described, bool enabled) noexcept;
   void enter(Step step) noexcept;
   bool retry() noexcept;
   bool out_of_order(const Reply& reply) noexcept;
@@ -97,6 +109,7 @@ class PortSetup {
   int passes_ = 0;
   int attempts_ = 0;
   CoilPlug located_;  ///< of the handle being initialised
+  FixedText<8> control_unit_serial_;
   std::array<FoundCoil, kMaxHandles> found_{};
   std::size_t found_count_ = 0;
 };

@@ -21,7 +21,6 @@ constexpr milliseconds kUnchangedTimeout{60};
 constexpr int kIdleStartsUntilComplaint = 2;
 constexpr milliseconds kCloseHalt{1000};
 constexpr milliseconds kCloseRate{300};
-constexpr int kFreezeTagVersion = 4;
 
 }  // namespace
 
@@ -94,10 +93,14 @@ Session::Event Session::track(MonotonicTime deadline, EmFrame& frame) noexcept {
       return Event::kQuiet;
     case Poller::Event::kMeasurement:
       idle_starts_ = 0;
+      trouble_.clear();
       return Event::kMeasurement;
     case Poller::Event::kRefused:
       return Event::kRefused;
     case Poller::Event::kPortsChanged:
+      if (poller_.handles_contradict()) {
+        complain(contradiction());
+      }
       halt_then(Phase::kPorts);
       return Event::kQuiet;
     case Poller::Event::kNotTracking:
@@ -106,6 +109,14 @@ Session::Event Session::track(MonotonicTime deadline, EmFrame& frame) noexcept {
       }
       halt_then(Phase::kInitialise);
       return Event::kQuiet;
+    case Poller::Event::kStandstill: {
+      Problem words("the tracker answers, but its frame counter stands still at ");
+      words.hex(poller_.newest_number(), 8) << ": nothing new is measured; tracking is started again; if it "
+                                              "stays, switch the tracker off and on";
+      complain(words);
+      halt_then(Phase::kInitialise);
+      return Event::kQuiet;
+    }
     case Poller::Event::kReset:
       was_reset();
       return Event::kQuiet;
@@ -159,7 +170,7 @@ void Session::was_reset() noexcept {
 }
 
 void Session::complain(const Problem& problem) noexcept {
-  problem_ = problem;
+  problem_ = trouble_ = problem;
   problem_waits_ = true;
   exchange_.trace().note(exchange_.now(), problem.text());
 }
@@ -186,7 +197,7 @@ void Session::send_next() noexcept {
       send(init_command(), kInitTimeout);
       break;
     case Phase::kIdentify:
-      send(asking_version_ ? ver_command(kFreezeTagVersion) : apirev_command(), kIdentifyTimeout);
+      send(identity_question(), kIdentifyTimeout);
       break;
     case Phase::kSetRate:
       send(comm_command({.rate = rates_.best()}), kRateTimeout);

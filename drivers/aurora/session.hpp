@@ -10,6 +10,8 @@
 #include "drivers/aurora/port_setup.hpp"
 #include "drivers/aurora/rate_choice.hpp"
 #include "drivers/aurora/resumption.hpp"
+#include "drivers/aurora/words.hpp"
+#include "drivers/interface/tracker_identity.hpp"
 
 namespace tubed::aurora {
 
@@ -56,17 +58,25 @@ class Session {
 
   /// What is wrong and what to do, after kProblem.
   [[nodiscard]] const Problem& problem() const noexcept { return problem_; }
+  /// What there is to say now, the cause first: while tracking what is lacking, otherwise what is wrong, or what
+  /// is being done. Empty when all is well.
+  [[nodiscard]] Problem describe() const noexcept;
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  /// What the tracker and its tools say of themselves.
+  [[nodiscard]] const TrackerIdentity& identity() const noexcept { return identity_; }
   /// "AURORA Rev 008", or empty when the tracker did not say.
-  [[nodiscard]] std::string_view firmware() const noexcept { return firmware_.text(); }
+  [[nodiscard]] std::string_view firmware() const noexcept { return identity_.firmware.text(); }
   [[nodiscard]] const std::optional<ApiRevision>& api_revision() const noexcept { return api_revision_; }
   /// Rate of the host's port, bits per second.
   [[nodiscard]] int baud() const noexcept { return exchange_.baud(); }
   /// What is plugged in, as of the last look.
   [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return ports_.found(); }
-  /// Which coils of the configuration are not plugged in, or cannot be used, in words; empty when none is.
-  /// Also those pulled while tracking.
+  /// Which coils of the configuration are not tracked and why; empty when all are. Also those pulled while
+  /// tracking.
   [[nodiscard]] Problem missing() const noexcept;
+  /// What keeps nothing from being tracked, but somebody may want to know: tools that are not in the
+  /// configuration, what the tracker complains of.
+  [[nodiscard]] Problem notes() const noexcept;
   [[nodiscard]] const CoilMap& coils() const noexcept { return coils_; }
   [[nodiscard]] const SessionCounts& counts() const noexcept { return counts_; }
   [[nodiscard]] const Poller& poller() const noexcept { return poller_; }
@@ -85,6 +95,9 @@ class Session {
   void take_halt(const Reply* reply) noexcept;
   void take_initialise(const Reply* reply) noexcept;
   void take_identify(const Reply* reply) noexcept;
+  [[nodiscard]] CommandLine identity_question() const noexcept;
+  void identify_tools() noexcept;
+  [[nodiscard]] Problem contradiction() const noexcept;
   void take_rate(const Reply* reply) noexcept;
   void take_ports(const Reply* reply) noexcept;
   void take_start(const Reply* reply) noexcept;
@@ -117,13 +130,14 @@ class Session {
   bool verifying_rate_ = false;  ///< COMM was answered; nothing has been heard at the new rate
   BaudRate tracking_rate_ = BaudRate::k9600;
   bool asking_unchanged_ = false;  ///< resumption_'s command was sent
-  bool asking_version_ = false;
+  std::size_t question_ = 0;  ///< of those about what the tracker is
   bool identified_ = false;
   int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row
   int idle_starts_ = 0;  ///< of tracking, without a measurement, in a row
   std::optional<ApiRevision> api_revision_;
-  Words<48> firmware_;
+  TrackerIdentity identity_;
   Problem problem_;
+  Problem trouble_;  ///< what keeps it from measuring, until it measures
   Problem last_missing_;
   bool problem_waits_ = false;
   SessionCounts counts_;

@@ -1,5 +1,6 @@
 // From the first answer of a tracker to its first measurement: what every reply on the way leads to.
 #include <algorithm>
+#include <array>
 
 #include "drivers/aurora/error_codes.hpp"
 #include "drivers/aurora/session.hpp"
@@ -17,9 +18,12 @@ constexpr milliseconds kAfterInit{60};  // clients sleep 100 ms
 constexpr int kDetoursUntilComplaint = 4;
 constexpr std::uint8_t kNotInThisMode = 0x0C;
 
+/// Items of VER, Sec. "VER" of the guide: firmware, field generator, units.
+constexpr std::array<int, 3> kVersions = {4, 7, 8};
+
 bool is_error(const Reply* reply) noexcept { return reply != nullptr && reply->kind == ReplyKind::kError; }
 
-Problem describe(std::string_view command, const Reply* reply) noexcept {
+Problem describe_failure(std::string_view command, const Reply* reply) noexcept {
   Problem words(command);
   if (!is_error(reply)) {
     return words << " was not answered; check cable and power";
@@ -52,7 +56,7 @@ void Session::take_initialise(const Reply* reply) noexcept {
     return;
   }
   if (is_error(reply)) {
-    complain(describe("INIT", reply));
+    complain(describe_failure("INIT", reply));
     wait_until_ = exchange_.now() + kAfterTrouble;
   }
   search_again();
@@ -63,21 +67,41 @@ void Session::initialised() noexcept {
   if (identified_) {
     set_rate();
   } else {
-    asking_version_ = false;
+    question_ = 0;
     enter(Phase::kIdentify);
   }
 }
 
+CommandLine Session::identity_question() const noexcept {
+  return question_ == 0 ? apirev_command() : ver_command(kVersions[question_ - 1]);
+}
+
 // Nothing depends on it, so that a tracker that does not say is no trouble.
 void Session::take_identify(const Reply* reply) noexcept {
-  const bool text = reply != nullptr && reply->kind == ReplyKind::kText;
-  if (!asking_version_) {
-    api_revision_ = text ? parse_api_revision(reply->text()) : std::nullopt;
-    asking_version_ = true;
-    return;
+  const std::string_view said =
+      reply != nullptr && reply->kind == ReplyKind::kText ? reply->text() : std::string_view();
+  const auto note = [](auto& kept, std::optional<std::string_view> found) {
+    if (found && !found->empty()) {
+      kept = {};
+      kept.printable(*found);
+    }
+  };
+  switch (question_) {
+    case 0:
+      api_revision_ = parse_api_revision(said);
+      note(identity_.api_revision, said);
+      break;
+    case 1:
+      note(identity_.firmware, find_firmware(said));
+      break;
+    case 2:
+      note(identity_.field_generator, find_serial_number(said));
+      break;
+    default:
+      note(identity_.control_unit_serial, find_serial_number(said));
   }
-  if (const auto firmware = text ? find_firmware(reply->text()) : std::nullopt) {
-    firmware_ = Words<48>(*firmware);
+  if (++question_ <= kVersions.size()) {
+    return;
   }
   identified_ = true;
   set_rate();
@@ -144,23 +168,21 @@ void Session::out_of_order(Phase phase) noexcept {
   halt_then(phase);
 }
 
-// While tracking a tool may have been pulled; what was found is from before.
-Problem Session::missing() const noexcept {
-  std::array<CoilPlug, kMaxHandles> usable{};
-  std::size_t count = 0;
+void Session::identify_tools() noexcept {
+  if (!ports_.control_unit_serial().empty()) {
+    identity_.control_unit_serial = {};
+    identity_.control_unit_serial.printable(ports_.control_unit_serial());
+  }
+  identity_.tool_count = 0;
   for (const FoundCoil& coil : ports_.found()) {
-    const bool is_pulled = phase_ == Phase::kTrack && poller_.has_lost(coil.handle);
-    if (coil.usable && !is_pulled) {
-      usable[count++] = coil.plug;
+    const auto tools = std::span(identity_.tools).first(static_cast<std::size_t>(identity_.tool_count));
+    const bool known = std::any_of(tools.begin(), tools.end(),
+                                   [&](const ToolIdentity& tool) { return tool.port == coil.plug.port; });
+    if (coil.serial_number != 0 && !known && identity_.tool_count < kMaxTrackerCoils) {
+      identity_.tools[static_cast<std::size_t>(identity_.tool_count++)] = {
+          coil.plug.port, coil.serial_number, coil.part_number};
     }
   }
-  Problem words = describe_missing(coils_, std::span(usable).first(count));
-  for (const FoundCoil& coil : ports_.found()) {
-    if (!coil.usable && coil.error_code != 0) {
-      (words << "; port " << coil.plug.port << ": ERROR").hex(coil.error_code);
-    }
-  }
-  return words;
 }
 
 void Session::ports_done() noexcept {
@@ -168,6 +190,7 @@ void Session::ports_done() noexcept {
   const bool any = std::any_of(ports_.found().begin(), ports_.found().end(), [this](const FoundCoil& coil) {
     return coil.usable && coils_.coil_at(coil.plug).has_value();
   });
+  identify_tools();
   const Problem words = missing();
   if (!words.empty() && !(words == last_missing_)) {
     complain(words);
@@ -194,7 +217,7 @@ void Session::take_start(const Reply* reply) noexcept {
     return;
   }
   if (is_error(reply)) {
-    complain(describe("TSTART", reply));
+    complain(describe_failure("TSTART", reply));
     wait_until_ = exchange_.now() + kAfterTrouble;
     halt_then(Phase::kInitialise);
     return;
@@ -213,10 +236,14 @@ void Session::start_tracking() noexcept {
       tracked[count++] = {coil.handle, *index, coil.simulated};
     }
   }
+  std::array<std::uint8_t, kMaxHandles> found{};
+  std::transform(ports_.found().begin(), ports_.found().end(), found.begin(),
+                 [](const FoundCoil& coil) { return coil.handle; });
   ++counts_.tracking_starts;
   exchange_.trace().note(exchange_.now(), "tracking");
   tracking_rate_ = baud_rate(exchange_.baud()).value_or(rates_.wanted());
-  poller_.start(std::span(tracked).first(count), exchange_.now());
+  poller_.start(std::span(tracked).first(count), std::span(found).first(ports_.found().size()),
+                exchange_.now());
   enter(Phase::kTrack);
   resumption_.remember(std::span(coils).first(count));
 }

@@ -62,22 +62,10 @@ AuroraSerialSource::AuroraSerialSource(const RoomDescription& room, const Driver
 }
 
 OpenResult AuroraSerialSource::open() {
-  if (problem_.empty() && !port_.is_open()) {
-    next_try_ = {};
-    open_port(monotonic_now());
-  }
-  if (!problem_.empty()) {
-    OpenResult result{false, std::string(problem_.text())};
-    told_ = problem_;
-    problem_.clear();
-    keep_ = true;
-    return result;
-  }
-  keep_ = false;
+  next_try_ = {};
   return {true, {}};
 }
 
-// A port that is not there for the same reason as before is no news.
 bool AuroraSerialSource::open_port(MonotonicTime now) noexcept {
   if (now < next_try_) {
     return false;
@@ -86,73 +74,67 @@ bool AuroraSerialSource::open_port(MonotonicTime now) noexcept {
   const int error = port_.open();
   if (error == 0) {
     session_->attach(port_);
+    port_trouble_.clear();
     return true;
   }
-  aurora::Problem problem(port_.path());
-  problem << " " << describe_open_error(error);
-  if (!(problem == told_)) {
-    problem_ = problem;
-  }
+  port_trouble_ = aurora::Problem(port_.path());
+  port_trouble_ << " " << describe_open_error(error);
   return false;
 }
 
 ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
   answer_request(monotonic_now());
   while (!port_.is_open()) {
-    if (open_port(monotonic_now())) {
-      break;
-    }
-    if (!problem_.empty()) {
-      keep_ = true;
-      return ReadOutcome::kLost;
-    }
-    if (!sleep_until(next_try_, deadline)) {
+    if (!open_port(monotonic_now()) && !sleep_until(next_try_, deadline)) {
       return ReadOutcome::kTimeout;
     }
   }
   switch (session_->run(deadline, frame)) {
     case aurora::Session::Event::kMeasurement:
-      told_.clear();
+      has_measured_ = measures_ = true;
+      traced_.clear();
       return ReadOutcome::kFrame;
-    case aurora::Session::Event::kQuiet:
-      return ReadOutcome::kTimeout;
     case aurora::Session::Event::kRefused:
       return ReadOutcome::kRefused;
     case aurora::Session::Event::kProblem:
-      return tell(session_->problem());
+      write_trace(session_->problem());
+      break;
     case aurora::Session::Event::kGone:
+      port_.close();
+      port_trouble_ = aurora::Problem(port_.path());
+      port_trouble_ << " has gone: its cable was pulled or its driver has failed";
+      write_trace(port_trouble_);
+      break;
+    case aurora::Session::Event::kQuiet:
       break;
   }
-  port_.close();
-  return tell(aurora::Problem(port_.path()) << " has gone: its cable was pulled or its driver has failed");
+  measures_ = measures_ && session_->phase() == aurora::Session::Phase::kTrack && port_.is_open();
+  return ReadOutcome::kTimeout;
 }
 
-std::string_view AuroraSerialSource::remark() noexcept {
-  remark_ = session_->missing();
-  return remark_.text();
+SourceCondition AuroraSerialSource::condition() noexcept {
+  SourceCondition condition;
+  condition.state = measures_       ? DeviceState::kRunning
+                    : has_measured_ ? DeviceState::kReconnecting
+                                    : DeviceState::kStarting;
+  condition.words = port_.is_open() ? session_->describe() : port_trouble_;
+  return condition;
 }
 
-ReadOutcome AuroraSerialSource::tell(const aurora::Problem& problem) noexcept {
-  traces_.write(session_->exchange().trace(), about_);
-  if (problem == told_) {
-    return ReadOutcome::kTimeout;
+// The last minutes of the line, once for each kind of failure until there is a measurement.
+void AuroraSerialSource::write_trace(const aurora::Problem& why) noexcept {
+  if (!(why == traced_)) {
+    traced_ = why;
+    traces_.write(session_->exchange().trace(), about_);
   }
-  problem_ = problem;
-  keep_ = true;
-  return ReadOutcome::kLost;
 }
 
 void AuroraSerialSource::close() noexcept {
-  if (!keep_) {
-    shut_down();
-  }
-}
-
-void AuroraSerialSource::shut_down() noexcept {
   if (port_.is_open()) {
     session_->close();
     port_.close();
   }
+  measures_ = false;
 }
 
 void AuroraSerialSource::answer_request(MonotonicTime now) noexcept {

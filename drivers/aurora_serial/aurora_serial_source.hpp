@@ -7,36 +7,35 @@
 #include "drivers/aurora/session.hpp"
 #include "drivers/aurora_serial/serial_port.hpp"
 #include "drivers/aurora_serial/trace_file.hpp"
+#include "drivers/interface/condition.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/em_source.hpp"
-#include "drivers/interface/remark.hpp"
 #include "drivers/interface/room.hpp"
 
 namespace tubed {
 
 /// An NDI Aurora at a serial port. Called by the EM acquisition thread.
 ///
-/// Whatever goes wrong is told once: read() says kLost, the next open() says why, and from then on read()
-/// goes on trying in slices, ten times a second, so that a tracker that comes back is found at once. The
-/// session is kept meanwhile. It ends with close() in any other state, and with the object.
-class AuroraSerialSource final : public EmSource, public HasRemark {
+/// The device is looked for in slices, ten times a second, by read() itself, so that a tracker that comes back is
+/// found at once: open() always succeeds, and what is wrong meanwhile stands in condition(). The session ends with
+/// close() and with the object.
+class AuroraSerialSource final : public EmSource, public HasCondition, public HasIdentity {
  public:
   /// `device`: the port. Throws std::runtime_error when a tool definition file cannot be read.
   AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings, const std::string& device);
-  ~AuroraSerialSource() override { shut_down(); }
+  ~AuroraSerialSource() override { AuroraSerialSource::close(); }
 
   OpenResult open() override;
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override;
-  /// Which coils are not plugged in.
-  [[nodiscard]] std::string_view remark() noexcept override;
+  [[nodiscard]] SourceCondition condition() noexcept override;
+  [[nodiscard]] const TrackerIdentity& identity() noexcept override { return session_->identity(); }
 
   [[nodiscard]] const aurora::Session& session() const noexcept { return *session_; }
 
  private:
-  ReadOutcome tell(const aurora::Problem& problem) noexcept;
   bool open_port(MonotonicTime now) noexcept;
-  void shut_down() noexcept;
+  void write_trace(const aurora::Problem& why) noexcept;
   void answer_request(MonotonicTime now) noexcept;
 
   SerialPort port_;
@@ -45,10 +44,10 @@ class AuroraSerialSource final : public EmSource, public HasRemark {
   std::unique_ptr<aurora::Session> session_;
   TraceFolder traces_;
   std::string about_;
-  aurora::Problem problem_;  ///< to be told by the next open()
-  aurora::Problem told_;     ///< the last one that was told, until there is a measurement
-  aurora::Problem remark_;
-  bool keep_ = false;  ///< close() only pauses
+  aurora::Problem port_trouble_;   ///< while the port is not open
+  aurora::Problem traced_;         ///< what the last trace was written for
+  bool has_measured_ = false;
+  bool measures_ = false;  ///< since the session was last without the tracker
   MonotonicTime next_try_{};
   MonotonicTime next_look_{};
 };

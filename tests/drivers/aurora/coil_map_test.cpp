@@ -28,25 +28,17 @@ TEST(CoilMap, IgnoresSensorsThatCannotBe) {
   EXPECT_EQ(map.plug(-1), std::nullopt);
 }
 
-TEST(CoilMap, SaysNothingWhenNothingIsMissing) {
-  CoilMap map;
-  map.place(1, {1, 0});
-  const std::array found = {CoilPlug{1, 0}, CoilPlug{2, 0}};
-  EXPECT_TRUE(describe_missing(map, found).empty());
-}
-
-TEST(CoilMap, NamesWhatIsMissingAndWhatIsThereInstead) {
-  CoilMap map;
-  map.place(1, {1, 0});
-  map.place(2, {1, 1});
-  const std::array found = {CoilPlug{1, 0}, CoilPlug{2, 0}};
-  EXPECT_EQ(
-      describe_missing(map, found).text(),
-      "not plugged in or not usable: sensor 2 (port 1 channel 1); plugged in instead: port 2 channel 0");
-  EXPECT_EQ(
-      describe_missing(map, {}).text(),
-      "not plugged in or not usable: sensor 1 (port 1 channel 0), sensor 2 (port 1 channel 1); nothing is "
-      "plugged in");
+TEST(CoilMap, ComparesOfAnExpectedToolOnlyWhatIsGiven) {
+  RoomDescription room;
+  room.instruments.resize(1);
+  room.instruments[0].coils = {{1, 10, false, 1, 0, 0x3C4B0001U, ""}, {2, 20, false, 1, 1, {}, "610029"},
+                               {3, 30, false, 2, 0}};
+  const CoilMap map(room);
+  EXPECT_TRUE(map.expected(0).matches(0x3C4B0001, "whatever"));
+  EXPECT_FALSE(map.expected(0).matches(0x3C4B0002, "whatever"));
+  EXPECT_TRUE(map.expected(1).matches(7, "610029"));
+  EXPECT_FALSE(map.expected(1).matches(7, "610028"));
+  EXPECT_TRUE(map.expected(2).matches(0, ""));
 }
 
 }  // namespace

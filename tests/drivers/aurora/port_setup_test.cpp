@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -37,9 +39,9 @@ std::vector<std::string> play(PortSetup& setup, std::vector<std::pair<std::strin
   return sent;
 }
 
-/// PHINF 0021: a catheter's coil with its port status, at port and channel.
+/// PHINF 0025: a catheter's coil with its port status, at port and channel.
 std::string tool(const std::string& status, const std::string& port, const std::string& channel) {
-  return "0B000000NDI         0003C4B0001" + status + "3C4B000000" + port + channel;
+  return "0B000000NDI         0003C4B0001" + status + "610029              3C4B000000" + port + channel;
 }
 
 CoilMap both_coils() {
@@ -57,9 +59,9 @@ TEST(PortSetup, FindsTheSecondCoilThatAppearsAfterTheFirstWasInitialised) {
                                  {"PHSR:02", "00"},
                                  {"PHSR:03", "020A01F0B01F"},
                                  {"PHSR:04", "00"},
-                                 {"PHINF:0A0021", tool("1F", "01", "00")},
+                                 {"PHINF:0A0025", tool("1F", "01", "00")},
                                  {"PENA:0AD", "OKAY"},
-                                 {"PHINF:0B0021", tool("1F", "01", "01")},
+                                 {"PHINF:0B0025", tool("1F", "01", "01")},
                                  {"PENA:0BD", "OKAY"}});
   ASSERT_EQ(setup.state(), PortSetup::State::kDone);
   ASSERT_EQ(setup.found().size(), 2U);
@@ -88,7 +90,7 @@ TEST(PortSetup, DisablesWhatNobodyUses) {
                                  {"PHSR:02", "00"},
                                  {"PHSR:03", "00"},
                                  {"PHSR:04", "010A03F"},
-                                 {"PHINF:0A0021", tool("3F", "07", "00")},
+                                 {"PHINF:0A0025", tool("3F", "07", "00")},
                                  {"PDIS:0A", "OKAY"}});
   EXPECT_EQ(setup.state(), PortSetup::State::kDone);
   EXPECT_EQ(sent.back(), "PDIS:0A");
@@ -124,6 +126,62 @@ TEST(PortSetup, GivesUpWritingADefinitionThatIsNotAnswered) {
     }
   }
   EXPECT_EQ(written, (std::vector<std::string>(3, "PVWR:0A0000")));
+}
+
+// Genuine definition files are shorter than the memory, and a tool that got only a part of it stays ERROR13.
+TEST(PortSetup, WritesTheWholeMemoryOfAToolWhoseDefinitionFileIsShort) {
+  std::vector<std::uint8_t> rom(329, 0xAB);
+  const std::vector<ToolDefinition> tools = {{1, rom}};
+  PortSetup setup(both_coils(), tools);
+  std::vector<std::pair<std::string, std::string>> script = {
+      {"PHSR:01", "00"}, {"PHSR:02", "010A001"}, {"PHINF:0A0020", "3C4B0000000100"}};
+  for (int block = 0; block < 16; ++block) {
+    char address[5];
+    std::snprintf(address, sizeof(address), "%04X", block * 64);
+    const int bytes = std::clamp(329 - block * 64, 0, 64);
+    std::string contents;
+    for (int i = 0; i < 64; ++i) {
+      contents += i < bytes ? "AB" : "00";
+    }
+    script.push_back({"PVWR:0A" + std::string(address) + contents, "OKAY"});
+  }
+  script.push_back({"PINIT:0A", "OKAY"});
+  script.push_back({"PHSR:02", "00"});
+  script.push_back({"PHSR:03", "00"});
+  const auto sent = play(setup, script);
+  EXPECT_EQ(std::count_if(sent.begin(), sent.end(),
+                          [](const std::string& command) { return command.starts_with("PVWR"); }),
+            16);
+  EXPECT_NE(std::find(sent.begin(), sent.end(), "PINIT:0A"), sent.end());
+  EXPECT_EQ(setup.state(), PortSetup::State::kDone);
+}
+
+TEST(PortSetup, LeavesOutAToolThatTheConfigurationDoesNotExpect) {
+  CoilMap map = both_coils();
+  map.expect(1, {.serial_number = 0x3C4B0002U, .part_number = {}});
+  PortSetup setup(map, {});
+  const auto sent = play(setup, {{"PHSR:01", "00"},
+                                 {"PHSR:02", "00"},
+                                 {"PHSR:03", "010A01F"},
+                                 {"PHSR:04", "00"},
+                                 {"PHINF:0A0025", tool("1F", "01", "00")}});
+  ASSERT_EQ(setup.found().size(), 1U);
+  EXPECT_TRUE(setup.found()[0].other_tool);
+  EXPECT_FALSE(setup.found()[0].usable);
+  EXPECT_EQ(setup.found()[0].part_number.text(), "610029");
+  EXPECT_EQ(std::count(sent.begin(), sent.end(), "PENA:0AD"), 0);
+}
+
+TEST(PortSetup, SaysHowFarItIs) {
+  PortSetup setup(both_coils(), {});
+  setup.begin();
+  EXPECT_EQ(setup.progress().text(), "PHSR, looking for tools");
+  Reply reply;
+  for (const std::string_view payload : {"00", "020A0010B001"}) {
+    reply.payload = as_bytes(payload);
+    setup.take(&reply);
+  }
+  EXPECT_EQ(setup.progress().text(), "PINIT of handle 0A, 1 of 2");
 }
 
 TEST(PortSetup, SaysThatTheTrackerMustBeStoppedFirst) {

@@ -197,11 +197,6 @@ class AuroraSerialDriver : public testing::Test {
       if (outcome == ReadOutcome::kFrame) {
         return true;
       }
-      if (outcome == ReadOutcome::kLost) {
-        source.close();
-        why = source.open().why;
-        source.open();
-      }
     }
     return false;
   }
@@ -209,8 +204,9 @@ class AuroraSerialDriver : public testing::Test {
   fs::path folder;
   aurora::emulator::DeviceSettings device;
   EmFrame frame;
-  std::string why;
 };
+
+SourceCondition condition_of(EmSource& source) { return dynamic_cast<HasCondition&>(source).condition(); }
 
 TEST_F(AuroraSerialDriver, MeasuresFiveCoilsThroughAPseudoTerminal) {
   EmulatorProcess emulator(folder, device);
@@ -265,19 +261,21 @@ TEST_F(AuroraSerialDriver, MeasuresWhenTheTrackerMeasuredNotWhenTheReplyCame) {
   EXPECT_LT(fitted_p95_ms, arrived_p95_ms / 4);
 }
 
-TEST_F(AuroraSerialDriver, SaysOnceThatThePortIsNotThereAndThenFindsIt) {
+TEST_F(AuroraSerialDriver, SaysThatThePortIsNotThereAndThenFindsIt) {
   const auto source =
       make_aurora_serial_em_source(five_coils(), settings_with({}), (folder / "tty").string());
-  const OpenResult first = source->open();
-  EXPECT_FALSE(first.ok);
-  EXPECT_NE(first.why.find("is not there"), std::string::npos) << first.why;
   EXPECT_TRUE(source->open().ok);
   EXPECT_EQ(source->read(frame, monotonic_now() + milliseconds(20)), ReadOutcome::kTimeout);
+  const SourceCondition absent = condition_of(*source);
+  EXPECT_EQ(absent.state, DeviceState::kStarting);
+  EXPECT_NE(absent.words.text().find("is not there"), std::string::npos) << absent.words.text();
   EmulatorProcess emulator(folder, device);
   EXPECT_TRUE(read_until_frame(*source));
+  EXPECT_EQ(condition_of(*source).state, DeviceState::kRunning);
+  EXPECT_EQ(condition_of(*source).words.text(), "");
 }
 
-TEST_F(AuroraSerialDriver, ComesBackWhenTheCableWasPulled) {
+TEST_F(AuroraSerialDriver, ComesBackWhenTheCableWasPulledAndNeverSaysThatTheSourceIsLost) {
   auto emulator = std::make_unique<EmulatorProcess>(folder, device);
   const auto source = make_aurora_serial_em_source(
       five_coils(), settings_with({{"trace_folder", folder.string()}}), emulator->path);
@@ -286,30 +284,44 @@ TEST_F(AuroraSerialDriver, ComesBackWhenTheCableWasPulled) {
   const std::string path = emulator->path;
   emulator.reset();
   fs::remove(path);
-  ReadOutcome outcome = ReadOutcome::kFrame;
-  for (int i = 0; i < 100 && outcome != ReadOutcome::kLost; ++i) {
-    outcome = source->read(frame, monotonic_now() + milliseconds(50));
+  for (int i = 0; i < 100 && condition_of(*source).state == DeviceState::kRunning; ++i) {
+    EXPECT_NE(source->read(frame, monotonic_now() + milliseconds(50)), ReadOutcome::kLost);
   }
-  ASSERT_EQ(outcome, ReadOutcome::kLost);
-  source->close();
-  EXPECT_NE(source->open().why.find("has gone"), std::string::npos);
-  source->close();
-  source->open();
+  const SourceCondition gone = condition_of(*source);
+  EXPECT_EQ(gone.state, DeviceState::kReconnecting);
+  EXPECT_NE(gone.words.text().find("has gone"), std::string::npos) << gone.words.text();
   emulator = std::make_unique<EmulatorProcess>(folder, device);
   EXPECT_TRUE(read_until_frame(*source));
   EXPECT_TRUE(fs::exists(folder / "aurora-serial-1.log"));
 }
 
-TEST_F(AuroraSerialDriver, NamesAMissingCoilOnceAndGoesOnWithTheOthers) {
+TEST_F(AuroraSerialDriver, NamesAMissingCoilAndGoesOnWithTheOthers) {
   EmulatorProcess emulator(folder, device);
   RoomDescription room = five_coils();
   room.instruments[0].coils[4].port = 7;
   const auto source = make_aurora_serial_em_source(room, settings_with({}), emulator.path);
   ASSERT_TRUE(source->open().ok);
   ASSERT_TRUE(read_until_frame(*source));
-  EXPECT_NE(why.find("sensor 5 (port 7 channel 0)"), std::string::npos) << why;
+  const SourceCondition lacking = condition_of(*source);
+  EXPECT_EQ(lacking.state, DeviceState::kRunning);
+  EXPECT_TRUE(lacking.words.text().starts_with("port 7: no tool; sensor 5 left out")) << lacking.words.text();
   EXPECT_EQ(frame.coils[0].status, CoilStatus::kOk);
   EXPECT_EQ(frame.coils[4].status, CoilStatus::kDisabled);
+}
+
+TEST_F(AuroraSerialDriver, SaysWhichTrackerAndWhichToolsItHas) {
+  EmulatorProcess emulator(folder, device);
+  const auto source = make_aurora_serial_em_source(five_coils(), settings_with({}), emulator.path);
+  source->open();
+  ASSERT_TRUE(read_until_frame(*source));
+  const TrackerIdentity identity = dynamic_cast<HasIdentity&>(*source).identity();
+  EXPECT_EQ(identity.firmware.text(), "AURORA Rev 008");
+  EXPECT_EQ(identity.api_revision.text(), "D.001.007");
+  EXPECT_FALSE(identity.control_unit_serial.empty());
+  ASSERT_EQ(identity.tool_count, 3);
+  EXPECT_EQ(identity.tools[0].port, 1);
+  EXPECT_EQ(identity.tools[0].serial_number, 0x3C4B0001U);
+  EXPECT_EQ(identity.tools[0].part_number.text(), "610029");
 }
 
 TEST_F(AuroraSerialDriver, WritesTheTraceWhenAskedTo) {

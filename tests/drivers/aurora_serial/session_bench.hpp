@@ -29,6 +29,11 @@ inline double percentile_of_absolute(std::vector<double> values, double p) {
   return *at;
 }
 
+/// By how much the most stale of the poses was older than its time said.
+inline double max_of(const std::vector<double>& values) {
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
 /// Five coils unless said otherwise. Everything that the session says is compared with what is true.
 class SessionBench {
  public:

@@ -22,6 +22,7 @@ struct FaultCase {
 // A reply takes 20 of 25 ms on the line. What is damaged and ends in time costs itself and 20 ms of quiet;
 // what does not come is waited for, 62 ms; a delayed reply comes after 150 ms. A stale reply says that there
 // was nothing newer when there was: it pulls the fitted times, up to a period.
+constexpr double kMaxStaleMs = 20;  ///< no pose is older than its time says by more
 constexpr FaultCase kCases[] = {
     {Fault::kCrc, 1.6, 4},      {Fault::kHeaderCrc, 1.6, 4}, {Fault::kLength, 2.4, 6},
     {Fault::kTruncate, 2.6, 6}, {Fault::kDrop, 2.6, 6},      {Fault::kGarbage, 0.1, 1},
@@ -57,17 +58,18 @@ TEST_P(SessionUnderFaults, AcceptsNoWrongPoseAndLosesNoMoreThanTheFaultTakes) {
   const double lost_each = (measured - got) / struck;
   std::printf(
       "%-12s %4.0f %%  struck %6.0f  lost %5.2f %%  each %.2f  longest gap %2lu  in step after %lu replies  "
-      "wrong %lu  time p95 %.2f ms\n",
+      "wrong %lu  time p95 %.2f ms, oldest %.2f ms\n",
       std::string(emulator::fault_name(fault.fault)).c_str(), 100 * probability, struck,
       100 * (1 - got / measured), lost_each, bench.longest_gap_frames, bench.most_replies_to_resynchronise,
-      bench.wrong, percentile_of_absolute(bench.time_errors_ms, 0.95));
+      bench.wrong, percentile_of_absolute(bench.time_errors_ms, 0.95), max_of(bench.time_errors_ms));
   EXPECT_GT(struck, probability * replies_a_case() / 4);
   EXPECT_EQ(bench.wrong, 0U);
   EXPECT_EQ(bench.session.counts().link_losses, 0U);
   EXPECT_EQ(bench.session.counts().tracking_starts, 1U);
-  EXPECT_FALSE(bench.session.poller().uses_text());
+  EXPECT_FALSE(bench.session.poller().encoding().uses_text());
   EXPECT_LT(lost_each, fault.lost_each);
   EXPECT_LT(percentile_of_absolute(bench.time_errors_ms, 0.95), fault.time_p95_ms);
+  EXPECT_LE(max_of(bench.time_errors_ms), kMaxStaleMs);
   if (probability < 0.05 && replies_a_case() <= 100'000) {  // in a million three come in a row
     EXPECT_LE(bench.longest_gap_frames, fault.longest_gap);
   }
@@ -124,12 +126,14 @@ TEST_P(SessionWithATrackerThatFails, AcceptsNoWrongPoseAndTracksAgain) {
   const double measured = seconds_between(began, bench.line.time) * 40;
   const auto got = static_cast<double>(bench.measurements - before);
   std::printf(
-      "%-12s %4.0f %%  struck %6lu  lost %5.2f %%  coils not OK %lu  starts %lu  resumed %lu  wrong %lu\n",
+      "%-12s %4.0f %%  struck %6lu  lost %5.2f %%  coils not OK %lu  starts %lu  resumed %lu  wrong %lu  oldest %.2f ms\n",
       std::string(emulator::fault_name(fault)).c_str(), 100 * probability,
       bench.device.faults().struck(fault), 100 * (1 - got / measured), bench.spoilt - spoilt_before,
-      bench.session.counts().tracking_starts, bench.session.counts().resumptions, bench.wrong);
+      bench.session.counts().tracking_starts, bench.session.counts().resumptions, bench.wrong,
+      max_of(bench.time_errors_ms));
   EXPECT_GT(bench.device.faults().struck(fault), 0U);
   EXPECT_EQ(bench.wrong, 0U);
+  EXPECT_LE(max_of(bench.time_errors_ms), kMaxStaleMs);
   bench.device.faults().clear();
   bench.run_for(seconds(10));
   const auto tracking = bench.measurements;

@@ -180,7 +180,8 @@ TEST(Session, FindsATrackerThatLostItsPowerWhileTracking) {
     bench.device.power_cycle(bench.line.time, milliseconds(300 + 171 * i));
     ASSERT_TRUE(bench.run_until(Event::kRefused, milliseconds(100)));
     ASSERT_TRUE(bench.run_until(Event::kMeasurement)) << i;
-    EXPECT_LT(seconds_between(bench.device.ready(), bench.line.time), 1.5) << i;
+    // INIT, COMM, three PINIT, PHINF, TSTART: 1.3 s; the search is at the other rate for 0.2 s, twice at most.
+    EXPECT_LT(seconds_between(bench.device.ready(), bench.line.time), 1.75) << i;
     EXPECT_EQ(bench.wrong, 0U);
   }
 }
@@ -195,8 +196,7 @@ TEST(Session, GoesOnWithTheOthersWhenAPlugIsPulled) {
   EXPECT_EQ(bench.status(3), CoilStatus::kDisabled);
   EXPECT_EQ(bench.status(4), CoilStatus::kDisabled);
   EXPECT_EQ(bench.session.missing().text(),
-            "not plugged in or not usable: sensor 3 (port 2 channel 0), sensor 4 (port 2 channel 1); nothing "
-            "else is plugged in");
+            "port 2: the tool was unplugged; sensor 3, 4 left out");
   EXPECT_EQ(bench.coils_seen(), 3);
   bench.run_for(seconds(10));
   EXPECT_NEAR(static_cast<double>(bench.measurements - before), 404, 2);
@@ -242,7 +242,9 @@ TEST(Session, WaitsForAPlugWhenAllAreOut) {
   }
   bench.session.attach(bench.line);
   ASSERT_TRUE(bench.run_until(Event::kProblem));
-  EXPECT_NE(bench.problems.back().find("nothing is plugged in"), std::string::npos) << bench.problems.back();
+  EXPECT_EQ(bench.problems.back(),
+            "port 1: no tool; sensor 1, 2 left out; port 2: no tool; sensor 3, 4 left out; port 3: no tool; "
+            "sensor 5 left out");
   bench.run_for(seconds(10));
   EXPECT_EQ(bench.problems.size(), 1U);
   bench.device.ports().plug_in(2);
@@ -257,10 +259,10 @@ TEST(Session, NamesWhatIsMissingAndWhatIsPluggedInInstead) {
   SessionBench bench(quick(), {}, map);
   ASSERT_TRUE(bench.start());
   ASSERT_EQ(bench.problems.size(), 1U);
-  EXPECT_EQ(
-      bench.problems[0],
-      "not plugged in or not usable: sensor 2 (port 4 channel 1); plugged in instead: port 2 channel 0, port "
-      "3 channel 0, port 1 channel 1, port 2 channel 1");
+  EXPECT_EQ(bench.problems[0], "port 4: no tool; sensor 2 left out");
+  EXPECT_EQ(bench.session.describe().text(),
+            "port 4: no tool; sensor 2 left out; not in the configuration, not tracked: port 2 channel 0, port 3 "
+            "channel 0, port 1 channel 1, port 2 channel 1");
   EXPECT_EQ(bench.status(1), CoilStatus::kOk);
   EXPECT_EQ(bench.status(2), CoilStatus::kDisabled);
 }
@@ -275,9 +277,8 @@ TEST(Session, LeavesOutAToolThatCannotBeInitialised) {
   EXPECT_EQ(bench.coils_seen(), 3);
   EXPECT_EQ(bench.wrong, 0U);
   ASSERT_EQ(bench.problems.size(), 1U);
-  EXPECT_NE(bench.problems[0].find("sensor 3 (port 2 channel 0), sensor 4"), std::string::npos)
-      << bench.problems[0];
-  EXPECT_NE(bench.problems[0].find("port 2: ERROR13"), std::string::npos) << bench.problems[0];
+  EXPECT_TRUE(bench.problems[0].starts_with("port 2: ERROR13, cannot initialise")) << bench.problems[0];
+  EXPECT_TRUE(bench.problems[0].ends_with("sensor 3, 4 left out")) << bench.problems[0];
 }
 
 TEST(Session, WritesTheToolDefinitionOfAToolWithoutMemory) {
@@ -298,7 +299,7 @@ TEST_P(SessionWithoutBinary, FallsBackToText) {
   bench.line.replace = {"BX:", GetParam()};
   ASSERT_TRUE(bench.start());
   bench.run_for(seconds(5));
-  EXPECT_TRUE(bench.session.poller().uses_text());
+  EXPECT_TRUE(bench.session.poller().encoding().uses_text());
   EXPECT_EQ(bench.session.poller().counts().tx_fallbacks, 1U);
   const auto before = bench.measurements;
   bench.run_for(seconds(5));
@@ -313,10 +314,10 @@ TEST(Session, ReturnsToBinaryWhenThatWorksAgain) {
   bench.line.replace = {"BX:", ""};
   ASSERT_TRUE(bench.start());
   bench.run_for(seconds(5));
-  ASSERT_TRUE(bench.session.poller().uses_text());
+  ASSERT_TRUE(bench.session.poller().encoding().uses_text());
   bench.line.replace = {};
   bench.run_for(seconds(30));
-  EXPECT_FALSE(bench.session.poller().uses_text());
+  EXPECT_FALSE(bench.session.poller().encoding().uses_text());
 }
 
 TEST(Session, SurvivesTheWrapOfTheFrameCounter) {
