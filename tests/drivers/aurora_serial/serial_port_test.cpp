@@ -16,6 +16,8 @@
 
 #include "drivers/aurora/wire_log.hpp"
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
+#include "drivers/interface/condition.hpp"
+#include "drivers/interface/tracker_identity.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 #include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
 #include "drivers/simulation/aurora_emulator/serial_front.hpp"
