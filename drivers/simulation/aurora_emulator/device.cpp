@@ -30,6 +30,7 @@ void Device::receive(Bytes bytes, int host_bits_per_second, MonotonicTime now) {
     return;
   }
   for (const std::uint8_t sent : bytes) {
+    switch_link(std::max(heard_until_, now));
     heard_until_ = std::max(heard_until_, now) + byte_time(wire_.link);
     if (heard_until_ < deaf_until_) {
       continue;
@@ -85,6 +86,7 @@ void Device::restart(MonotonicTime now) {
   wire_.clear();
   last_tracking_.clear();
   wire_.link = LinkParameters{};
+  next_link_.reset();
   tracker_.start_anew(now);
   deaf_until_ = now + settings_.durations.reset;
   Answer word;
@@ -97,11 +99,20 @@ void Device::work_until(MonotonicTime now) {
   while (!waiting_.empty()) {
     const MonotonicTime begin = std::max(waiting_.front().complete, busy_until_);
     if (begin > now) {
-      return;
+      break;
     }
+    switch_link(begin);
     const Line line = std::move(waiting_.front());
     waiting_.pop_front();
     execute(line, begin);
+  }
+  switch_link(now);
+}
+
+void Device::switch_link(MonotonicTime now) {
+  if (next_link_ && now >= busy_until_) {
+    wire_.link = *next_link_;
+    next_link_.reset();
   }
 }
 
@@ -133,9 +144,7 @@ void Device::send(const Answer& answer, MonotonicTime now) {
   if (answer.has_tracking_data && fault != Fault::kStale) {
     last_tracking_ = answer.reply;
   }
-  if (answer.link) {
-    wire_.link = *answer.link;
-  }
+  next_link_ = answer.link;
 }
 
 bool Device::strike_tracker(Fault fault, MonotonicTime now) {

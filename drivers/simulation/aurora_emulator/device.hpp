@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@
 namespace tubed::aurora::emulator {
 
 /// One thread; times must not go back. A reply leaves when command, thinking and the wire have taken their
-/// time, as a real one does.
+/// time, as a real one does. Commands that come meanwhile wait, and are carried out in order.
 ///
 ///     device.receive(init_command().bytes(), 9600, now);
 ///     while (device.next_event() != MonotonicTime::max()) {
@@ -69,6 +70,8 @@ class Device {
   };
   void restart(MonotonicTime now);
   void work_until(MonotonicTime now);
+  /// COMM's rate holds from the end of its reply on, both ways.
+  void switch_link(MonotonicTime now);
   void execute(const Line& line, MonotonicTime now);
   /// What a fault does to the tracker itself; true when there is no reply then.
   bool strike_tracker(Fault fault, MonotonicTime now);
@@ -79,10 +82,11 @@ class Device {
   Measurements measurements_;
   Tracker tracker_;
   Wire wire_;
-  std::string typed_;            ///< of the command that is being received
-  MonotonicTime heard_until_{};  ///< when the host's last byte is over
-  std::deque<Line> waiting_;     ///< commands not yet carried out
-  MonotonicTime busy_until_{};   ///< the last reply is over
+  std::string typed_;                        ///< of the command that is being received
+  MonotonicTime heard_until_{};              ///< when the host's last byte is over
+  std::deque<Line> waiting_;                 ///< commands not yet carried out
+  MonotonicTime busy_until_{};               ///< the last reply is over
+  std::optional<LinkParameters> next_link_;  ///< from then on
   MonotonicTime deaf_until_{};
   MonotonicTime hung_up_until_{};
   std::vector<std::uint8_t> last_tracking_;  ///< reply

@@ -189,6 +189,69 @@ TEST(Device, ANewRateIsSpokenAfterTheReplyAndAnotherOneIsNoise) {
   EXPECT_EQ(host.ask(init_command()), "OKAY");
 }
 
+TEST(Device, ACommandSentWhileAReplyIsLeavingIsAnsweredAfterIt) {
+  Host host;
+  host.listen();
+  host.send(ver_command(4).bytes());
+  std::vector<std::uint8_t> bytes;
+  host.now += milliseconds(60);  // the reply has some hundred characters, one a millisecond
+  host.device.transmit(host.now, host.rate, bytes);
+  ASSERT_GT(bytes.size(), 10U);
+  const std::size_t before = bytes.size();
+  host.send(apirev_command().bytes());
+  host.send(init_command().bytes());
+  const std::vector<std::uint8_t> rest = host.listen();
+  bytes.insert(bytes.end(), rest.begin(), rest.end());
+  ReplyReader reader;
+  reader.feed(bytes);
+  std::vector<std::string> replies;
+  while (const auto reply = reader.next()) {
+    replies.emplace_back(reply->text());
+  }
+  ASSERT_EQ(replies.size(), 3U);
+  EXPECT_GT(replies[0].size(), before);  // it was not over when they came
+  EXPECT_TRUE(find_firmware(replies[0]));
+  EXPECT_EQ(replies[1], "D.001.007");
+  EXPECT_EQ(replies[2], "OKAY");
+}
+
+TEST(Device, PollsSentTogetherAreAnsweredOneAfterTheOther) {
+  Host host;
+  host.start_tracking();
+  host.send(bx_command(kTransforms).bytes());
+  host.send(bx_command(kTransforms).bytes());
+  host.send(bx_command(kTransforms).bytes());
+  ReplyReader reader;
+  const std::vector<std::uint8_t> bytes = host.listen();
+  reader.feed(bytes);
+  std::vector<std::uint32_t> frames;
+  while (const auto reply = reader.next()) {
+    ASSERT_TRUE(reply->kind == ReplyKind::kBinary && decode_bx(reply->payload, host.tracking));
+    frames.push_back(host.tracking.handles[0].frame);
+  }
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_TRUE(frames[0] < frames[1] && frames[1] < frames[2]);  // 230 ms each at 9600 baud
+}
+
+TEST(Device, CommsRateHoldsFromTheEndOfItsReplyOn) {
+  Host host;
+  host.listen();
+  LinkParameters fast;
+  fast.rate = BaudRate::k115200;
+  host.send(comm_command(fast).bytes());
+  std::vector<std::uint8_t> bytes;
+  host.now += milliseconds(20);  // OKAY is leaving
+  host.device.transmit(host.now, host.rate, bytes);
+  ASSERT_TRUE(!bytes.empty() && bytes.size() < 9);
+  EXPECT_EQ(host.device.link(), LinkParameters{});
+  host.send(as_bytes("A"));  // still heard at 9600
+  host.listen();
+  EXPECT_EQ(host.device.link(), fast);
+  host.rate = 115200;
+  host.send(as_bytes("PIREV:443E\r"));
+  EXPECT_EQ(text_of(host.listen()).substr(0, 9), "D.001.007");
+}
+
 TEST(Device, OldFirmwareRefusesFastRates) {
   DeviceSettings settings;
   settings.firmware = Firmware::kOld;
