@@ -1,6 +1,7 @@
 // tubectl aurora-emulator: an NDI Aurora at a pseudo-terminal, for whoever wants to see a driver work without
 // one.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -39,7 +40,8 @@ struct EmulatorOptions {
   std::int64_t epoch_ns = 0;
   double seconds = 0;
   bool slow_pinit = false;
-  bool old_firmware = false;
+  bool phinf_refused = false;
+  std::string api_revision{emulator::Firmware::kCurrent.api_revision};
   emulator::DeviceSettings device;
 };
 
@@ -136,7 +138,11 @@ Measurable measurable(const EmulatorOptions& options, MonotonicTime start) {
 emulator::DeviceSettings device_settings(const EmulatorOptions& options, int sensors) {
   emulator::DeviceSettings settings = options.device;
   settings.plugs = emulator::two_coils_a_port(sensors);
-  settings.firmware = options.old_firmware ? emulator::Firmware::kOld : emulator::Firmware::kCurrent;
+  settings.firmware = *std::find_if(
+      emulator::kFirmwares.begin(), emulator::kFirmwares.end(),
+      [&options](const auto& firmware) { return firmware.api_revision == options.api_revision; });
+  settings.phinf_while_tracking = options.phinf_refused ? emulator::PhinfWhileTracking::kRefused
+                                                        : emulator::PhinfWhileTracking::kAnswered;
   if (options.slow_pinit) {
     settings.durations.pinit = std::chrono::milliseconds(2500);
   }
@@ -208,6 +214,14 @@ int emulate(const EmulatorOptions& options) {
   return kExitOk;
 }
 
+std::vector<std::string> api_revisions() {
+  std::vector<std::string> revisions;
+  for (const emulator::Firmware& firmware : emulator::kFirmwares) {
+    revisions.emplace_back(firmware.api_revision);
+  }
+  return revisions;
+}
+
 void add_options(CLI::App& verb, EmulatorOptions& options) {
   CLI::Option* play = verb.add_option("--play", options.sequence, "Sequence folder to play, again and again");
   verb.add_option("--config", options.configuration,
@@ -217,7 +231,7 @@ void add_options(CLI::App& verb, EmulatorOptions& options) {
   verb.add_option("--control", options.control, "Socket to be made for commands (Unix datagrams)");
   verb.add_option("--truth", options.truth, "Write what is measured and when to this file, CSV");
   verb.add_option("--command", options.commands,
-                  "A command at the start, as 'fault crc 0.01 any' or 'unplug 2'; may be given again");
+                  "A command at the start, as 'fault crc 0.01 any' or 'plug 7 3C4B00FF'; may be given again");
   verb.add_option("--blank-port", options.blank_ports, "The tool on that port has no description: ERROR13");
   verb.add_option("--epoch-ns", options.epoch_ns, "CLOCK_MONOTONIC at which the motion begins; default: now");
   verb.add_option("--seconds", options.seconds, "End after so long; default: at Ctrl-C")
@@ -229,7 +243,13 @@ void add_options(CLI::App& verb, EmulatorOptions& options) {
       ->capture_default_str();
   verb.add_option("--seed", options.device.seed, "Of all that happens by chance")->capture_default_str();
   verb.add_flag("--slow-pinit", options.slow_pinit, "PINIT takes 2.5 s, as with a tool whose memory is read");
-  verb.add_flag("--old-firmware", options.old_firmware, "Refuse 230400 baud and more");
+  verb.add_option(
+          "--firmware", options.api_revision,
+          "API revision: before D.001.007 no GETINFO, before D.001.006 no 230400 baud and more, before "
+          "D.001.005 no BX")
+      ->check(CLI::IsMember(api_revisions()))
+      ->capture_default_str();
+  verb.add_flag("--phinf-refused", options.phinf_refused, "Refuse PHINF while tracking: ERROR0C");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tubed::aurora::emulator {
 
@@ -12,6 +13,17 @@ namespace {
 
 constexpr std::chrono::nanoseconds kForEver = std::chrono::nanoseconds::max();
 constexpr double kLongest_s = 1e6;
+constexpr int kMaxJump = 1'000'000;
+constexpr std::size_t kPartNumberSize = 20;
+constexpr std::uint16_t kHardwareChanged = 1U << 10;
+
+/// Bits of the system status by the names that `status` takes.
+constexpr std::array kConditions = {
+    std::pair<std::string_view, std::uint16_t>{"synchronisation", 1U << 0},
+    std::pair<std::string_view, std::uint16_t>{"diagnostic", 1U << 8},
+    std::pair<std::string_view, std::uint16_t>{"temperature", 1U << 9},
+    std::pair<std::string_view, std::uint16_t>{"hardware-changed", kHardwareChanged},
+};
 
 /// Words of a command, taken one after the other; the first that is wrong is remembered.
 class Words {
@@ -106,6 +118,10 @@ void set_amount(Words& words, Device& device) {
     amounts.hang_up = words.seconds();
   } else if (name == "power-off") {
     amounts.power_off = words.seconds();
+  } else if (name == "standstill") {
+    amounts.standstill = words.seconds();
+  } else if (name == "jump") {
+    amounts.jump_measurements = words.whole(1, kMaxJump);
   } else if (name == "error") {
     const auto code = parse_hex(words.take());
     amounts.error_code = static_cast<std::uint8_t>(code.value_or(0));
@@ -113,7 +129,8 @@ void set_amount(Words& words, Device& device) {
       words.fail("the code after ERROR has two hexadecimal digits");
     }
   } else {
-    words.fail("there is no amount '" + std::string(name) + "': delay, split, hang-up, power-off, error");
+    words.fail("there is no amount '" + std::string(name) +
+               "': delay, split, hang-up, power-off, standstill, jump, error");
   }
   words.end();
   if (words.good()) {
@@ -129,12 +146,64 @@ void set_coil(Words& words, Device& device, CoilFault fault) {
   }
 }
 
-void move_plug(Words& words, Device& device, bool (PortHandles::*move)(int)) {
+void unplug(Words& words, Device& device) {
   const int port = words.whole(1, kMaxTrackerCoils);
   words.end();
-  if (words.good() && !(device.ports().*move)(port)) {
-    words.fail("port " + std::to_string(port) + " has no tool, or it is so already");
+  if (words.good() && !device.ports().pull_out(port)) {
+    words.fail("port " + std::to_string(port) + " has no tool to pull out");
   }
+}
+
+/// The tool of the port, or a stranger's with that serial number.
+void plug(Words& words, Device& device) {
+  const int port = words.whole(1, kMaxTrackerCoils);
+  const std::string_view serial = words.take();
+  const std::string_view part = words.take();
+  words.end();
+  const auto number = parse_hex(serial);
+  if (!serial.empty() && !number) {
+    words.fail("a serial number has up to eight hexadecimal digits");
+  }
+  if (part.size() > kPartNumberSize) {
+    words.fail("a part number has up to " + std::to_string(kPartNumberSize) + " characters");
+  }
+  if (!words.good()) {
+    return;
+  }
+  PortHandles& ports = device.ports();
+  if (number) {
+    if (!ports.plug_in_stranger(port, *number, part.empty() ? std::string_view(Plug{}.part_number) : part)) {
+      words.fail("port " + std::to_string(port) + " has a tool: unplug it first");
+    }
+  } else if (!ports.plug_in(port)) {
+    words.fail("port " + std::to_string(port) + " has no tool of its own, or has one in it");
+  }
+}
+
+void set_condition(Words& words, Device& device) {
+  const std::string_view name = words.take();
+  const auto* const condition = std::find_if(kConditions.begin(), kConditions.end(),
+                                             [name](const auto& known) { return known.first == name; });
+  if (condition == kConditions.end()) {
+    words.fail("there is no condition '" + std::string(name) +
+               "': synchronisation, diagnostic, temperature, hardware-changed");
+    return;
+  }
+  const std::string_view state = words.take();
+  if (state != "on" && state != "off") {
+    words.fail("'" + std::string(state) + "' is neither 'on' nor 'off'");
+  }
+  words.end();
+  if (words.good()) {
+    std::uint16_t& bits = device.faults().conditions.raised.bits;
+    bits = static_cast<std::uint16_t>(state == "on" ? bits | condition->second : bits & ~condition->second);
+  }
+}
+
+void move_field_generator(Device& device, bool present) {
+  SystemConditions& conditions = device.faults().conditions;
+  conditions.field_generator_present = present;
+  conditions.raised.bits |= kHardwareChanged;
 }
 
 void interrupt(Words& words, Device& device, MonotonicTime now,
@@ -156,7 +225,12 @@ bool apply_word(std::string_view verb, Device& device, MonotonicTime now) {
     device.receive_break(now);
   } else if (verb == "clear") {
     device.faults().clear();
+    device.measurements().go_on();
     device.connect();
+  } else if (verb == "unplug-field-generator") {
+    move_field_generator(device, false);
+  } else if (verb == "plug-field-generator") {
+    move_field_generator(device, true);
   } else {
     return false;
   }
@@ -181,9 +255,11 @@ std::string apply_control(std::string_view command, Device& device, MonotonicTim
   } else if (verb == "restore-coil") {
     set_coil(words, device, CoilFault::kNone);
   } else if (verb == "unplug") {
-    move_plug(words, device, &PortHandles::pull_out);
+    unplug(words, device);
   } else if (verb == "plug") {
-    move_plug(words, device, &PortHandles::plug_in);
+    plug(words, device);
+  } else if (verb == "status") {
+    set_condition(words, device);
   } else if (verb == "hang-up") {
     interrupt(words, device, now, &Device::hang_up);
   } else if (verb == "power-cycle") {

@@ -19,7 +19,7 @@ Device::Device(const DeviceSettings& settings, Motion motion, MonotonicTime powe
     : settings_(settings),
       faults_(settings.seed),
       measurements_(std::move(motion), settings.rate_hz, settings.first_frame, faults_),
-      tracker_(settings_, measurements_),
+      tracker_(settings_, measurements_, faults_.conditions),
       wire_(settings.seed) {
   restart(power_on);
 }

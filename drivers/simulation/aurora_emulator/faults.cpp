@@ -8,9 +8,9 @@ namespace tubed::aurora::emulator {
 namespace {
 
 constexpr std::array<std::string_view, kFaultCount> kNames = {
-    "crc",      "header-crc", "length",      "truncate",    "drop",          "garbage",
-    "no-reply", "error",      "duplicate",   "stale",       "delay",         "split",
-    "break",    "hang-up",    "power-cycle", "coil-broken", "out-of-volume", "stuck"};
+    "crc",         "header-crc",  "length",        "truncate", "drop",       "garbage",    "no-reply",
+    "error",       "duplicate",   "stale",         "delay",    "split",      "break",      "hang-up",
+    "power-cycle", "coil-broken", "out-of-volume", "stuck",    "standstill", "count-back", "count-on"};
 
 }  // namespace
 
@@ -31,6 +31,7 @@ void Faults::set_coil(int sensor, CoilFault fault) {
 void Faults::clear() {
   rules_.fill({});
   coils_.fill(CoilFault::kNone);
+  conditions = {};
 }
 
 std::optional<Fault> Faults::strike_reply(Scope reply) { return strike(0, kReplyFaultCount, reply); }

@@ -8,6 +8,7 @@
 #include <random>
 #include <string_view>
 
+#include "drivers/aurora/status.hpp"
 #include "drivers/interface/em_source.hpp"
 
 namespace tubed::aurora::emulator {
@@ -33,8 +34,11 @@ enum class Fault {
   kCoilBroken,   ///< one coil says it is broken
   kOutOfVolume,  ///< one coil is outside the volume
   kStuck,        ///< new frame number, old poses
+  kStandstill,   ///< frame number and poses stand still for a while, also over TSTOP and TSTART
+  kCountBack,    ///< the frame counter jumps back, and counts on from there
+  kCountOn,      ///< the frame counter jumps on
 };
-inline constexpr std::size_t kFaultCount = 18;
+inline constexpr std::size_t kFaultCount = 21;
 inline constexpr std::size_t kReplyFaultCount = 15;  ///< the first of them
 
 [[nodiscard]] std::string_view fault_name(Fault fault) noexcept;
@@ -59,7 +63,15 @@ struct FaultAmounts {
   std::chrono::nanoseconds split = std::chrono::milliseconds(20);
   std::chrono::nanoseconds hang_up = std::chrono::seconds(1);
   std::chrono::nanoseconds power_off = std::chrono::seconds(2);
+  std::chrono::nanoseconds standstill = std::chrono::seconds(12);
+  int jump_measurements = 40;  ///< of the frame counter
   std::uint8_t error_code = 0x05;
+};
+
+/// What the tracker itself says is wrong, in the system status of every reply, until it is over.
+struct SystemConditions {
+  SystemStatus raised;
+  bool field_generator_present = true;  ///< without it every coil is MISSING
 };
 
 /// One thread. At most one fault strikes a reply, and one a measurement: the first that does.
@@ -69,7 +81,7 @@ class Faults {
 
   void set(Fault fault, const FaultRule& rule) { rules_[index(fault)] = rule; }
   void set_coil(int sensor, CoilFault fault);
-  /// All faults are over; the counts stay.
+  /// All faults and conditions are over; the counts stay.
   void clear();
 
   /// What strikes the next reply.
@@ -86,6 +98,7 @@ class Faults {
   [[nodiscard]] std::size_t below(std::size_t limit);
 
   FaultAmounts amounts;
+  SystemConditions conditions;
 
  private:
   static std::size_t index(Fault fault) { return static_cast<std::size_t>(fault); }

@@ -22,9 +22,15 @@ Measurements::Measurements(Motion motion, double rate_hz, std::uint32_t first_fr
     : motion_(std::move(motion)), period_ns_(1e9 / rate_hz), power_on_frame_(first_frame), faults_(faults) {}
 
 void Measurements::power_on(MonotonicTime now) {
+  begin_count(now);
+  tracking_ = false;
+  have_one_ = false;
+  still_until_ = {};
+}
+
+void Measurements::begin_count(MonotonicTime now) {
   epoch_ = now;
   epoch_frame_ = power_on_frame_;
-  tracking_ = false;
 }
 
 void Measurements::count_anew(MonotonicTime now) {
@@ -35,7 +41,7 @@ void Measurements::count_anew(MonotonicTime now) {
 void Measurements::start(MonotonicTime now) {
   next_ = newest_count(now) + 1;
   tracking_ = true;
-  have_one_ = false;
+  have_one_ = have_one_ && now < still_until_;
 }
 
 const Measurement* Measurements::newest(MonotonicTime now) {
@@ -61,11 +67,39 @@ std::int64_t Measurements::newest_count(MonotonicTime now) const {
 
 void Measurements::measure(std::int64_t count) {
   const MonotonicTime time = taken(count);
-  const MeasuredCoils coils = motion_(taken_altogether_++, time);
+  if (time < still_until_) {
+    ++taken_altogether_;
+    return;
+  }
   const std::optional<Fault> fault = faults_.strike_measurement();
+  if (strike_counter(fault, time)) {
+    take(count, time, fault);
+  } else {
+    ++taken_altogether_;
+  }
+}
+
+bool Measurements::strike_counter(std::optional<Fault> fault, MonotonicTime time) {
+  const std::uint32_t jump =
+      static_cast<std::uint32_t>(faults_.amounts.jump_measurements) * kCountsPerMeasurement;
+  if (fault == Fault::kStandstill) {
+    still_until_ = time + faults_.amounts.standstill;
+    return !have_one_;  // there has to be something to stand still at
+  }
+  if (fault == Fault::kCountBack) {
+    epoch_frame_ -= jump;
+  } else if (fault == Fault::kCountOn) {
+    epoch_frame_ += jump;
+  }
+  return true;
+}
+
+void Measurements::take(std::int64_t count, MonotonicTime time, std::optional<Fault> fault) {
+  const MeasuredCoils measured = motion_(taken_altogether_++, time);
+  const MeasuredCoils coils = faults_.conditions.field_generator_present ? measured : MeasuredCoils{};
   const bool stuck = fault == Fault::kStuck && have_one_;
   int struck_sensor = 0;
-  if (fault && fault != Fault::kStuck) {
+  if (fault == Fault::kCoilBroken || fault == Fault::kOutOfVolume) {
     int last = 0;
     for (int sensor = 1; sensor <= kMaxTrackerCoils; ++sensor) {
       last = coils[static_cast<std::size_t>(sensor - 1)].status == CoilStatus::kOk ? sensor : last;

@@ -15,7 +15,7 @@ namespace tubed::aurora::emulator {
 using MeasuredCoils = std::array<CoilSample, kMaxTrackerCoils>;
 
 /// Where the coils are when measurement number `measurement` is taken at `time`. Called once a measurement,
-/// in order, by the thread that runs the emulator.
+/// in order, by the thread that runs the emulator; numbers are left out while the tracker stands still.
 using Motion = std::function<MeasuredCoils(std::uint64_t measurement, MonotonicTime time)>;
 
 /// One row of a recording.

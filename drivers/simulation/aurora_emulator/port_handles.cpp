@@ -1,8 +1,7 @@
 #include "drivers/simulation/aurora_emulator/port_handles.hpp"
 
 #include <algorithm>
-
-#include "drivers/aurora/tracking_reply.hpp"
+#include <iterator>
 
 namespace tubed::aurora::emulator {
 
@@ -31,14 +30,24 @@ bool listed(const PortHandle& handle, HandleQuery query) {
 }  // namespace
 
 PortStatus PortHandle::status() const noexcept {
-  constexpr std::uint32_t kAlwaysSet = 0x0002000E;
+  constexpr std::uint32_t kOfInitialised = 0x0002000E;
   const auto bit = [](bool set, unsigned place) { return set ? 1U << place : 0U; };
-  return {kAlwaysSet | bit(!stale, 0) | bit(initialised, 4) | bit(enabled, 5)};
+  return {(initialised ? kOfInitialised : 0U) | bit(!stale, 0) | bit(initialised, 4) | bit(enabled, 5)};
+}
+
+Report PortHandle::report_without_data() const noexcept {
+  return stale && empty_when_tracking_began ? Report::kUnoccupied : Report::kDisabled;
+}
+
+bool ToolImage::complete() const noexcept {
+  constexpr std::uint32_t kAllBlocks = (1U << kSize / kToolMemoryBlock) - 1;
+  return blocks == kAllBlocks &&
+         std::any_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte != 0; });
 }
 
 PortHandles::PortHandles(const std::vector<Plug>& plugs) {
   for (const Plug& plug : plugs) {
-    tools_.push_back({plug});
+    tools_.push_back({plug, true, {}});
   }
   give_handles();
 }
@@ -51,13 +60,28 @@ void PortHandles::start_anew() {
 
 void PortHandles::forget_descriptions() {
   for (Tool& tool : tools_) {
-    tool.written_blocks = 0;
+    tool.image = {};
   }
 }
 
-bool PortHandles::plug_in(int port) {
-  const std::size_t tool = find_tool(port);
-  if (tool == tools_.size() || tools_[tool].plugged_in) {
+bool PortHandles::plug_in(int port) { return plug_in_tool(tool_of(port)); }
+
+bool PortHandles::plug_in_stranger(int port, std::uint32_t serial_number, std::string_view part_number) {
+  if (tool_in(port) != tools_.size()) {
+    return false;
+  }
+  Plug stranger;
+  const std::size_t own = tool_of(port);
+  stranger.sensors = own == tools_.size() ? std::vector<int>{0} : tools_[own].plug.sensors;
+  stranger.port = port;
+  stranger.serial_number = serial_number;
+  stranger.part_number = part_number;
+  tools_.push_back({stranger, false, {}});
+  return plug_in_tool(tools_.size() - 1);
+}
+
+bool PortHandles::plug_in_tool(std::size_t tool) {
+  if (tool == tools_.size() || tool_in(tools_[tool].plug.port) != tools_.size()) {
     return false;
   }
   tools_[tool].plugged_in = true;
@@ -67,17 +91,23 @@ bool PortHandles::plug_in(int port) {
 }
 
 bool PortHandles::pull_out(int port) {
-  const std::size_t tool = find_tool(port);
-  if (tool == tools_.size() || !tools_[tool].plugged_in) {
+  const std::size_t tool = tool_in(port);
+  if (tool == tools_.size()) {
     return false;
   }
   tools_[tool].plugged_in = false;
-  tools_[tool].written_blocks = 0;
+  tools_[tool].image = {};
   news.bits |= kBecameUnoccupied;
   for (PortHandle& handle : handles_) {
     handle.stale |= handle.plug == tool;
   }
   return true;
+}
+
+void PortHandles::begin_tracking() {
+  for (PortHandle& handle : handles_) {
+    handle.empty_when_tracking_began = handle.stale;
+  }
 }
 
 std::vector<PortHandle> PortHandles::list(HandleQuery query) {
@@ -109,7 +139,7 @@ Error PortHandles::initialise(std::uint8_t number) {
   }
   const std::size_t plug = handle->plug;
   const Tool& tool = tools_[plug];
-  if (tool.plug.memory == ToolMemory::kBlank && tool.written_blocks != kAllBlocks) {
+  if (tool.plug.memory == ToolMemory::kBlank && !tool.image.complete()) {
     return Error::kCannotInitialise;
   }
   if (tool.plug.sensors.size() > 1 && !has_handle(plug, 1)) {
@@ -154,17 +184,42 @@ Error PortHandles::free(std::uint8_t number) {
   return Error::kNone;
 }
 
-Error PortHandles::write(std::uint8_t number, std::uint32_t address) {
+Error PortHandles::write(std::uint8_t number, std::uint32_t address, Bytes block) {
   const PortHandle* handle = find(number);
   if (const Error error = check(handle); error != Error::kNone) {
     return error;
   }
-  const std::uint32_t block = address / static_cast<std::uint32_t>(kToolMemoryBlock);
-  if (address % kToolMemoryBlock != 0 || block >= 16) {
+  ToolImage& image = tools_[handle->plug].image;
+  if (address % kToolMemoryBlock != 0 || address + block.size() > image.bytes.size()) {
     return Error::kOutOfRange;
   }
-  tools_[handle->plug].written_blocks |= 1U << block;
+  std::copy(block.begin(), block.end(), image.bytes.begin() + address);
+  image.blocks |= 1U << address / kToolMemoryBlock;
   return Error::kNone;
+}
+
+const ToolImage* PortHandles::written(int port) const {
+  const std::size_t tool = tool_in(port);
+  return tool == tools_.size() ? nullptr : &tools_[tool].image;
+}
+
+Error PortHandles::request(const PortRequest& request, std::uint8_t& number) {
+  Error error = Error::kPortDescription;
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    const Tool& tool = tools_[i];
+    const int channel = request.channel.value_or(0);
+    if (!tool.plugged_in || request.port.value_or(tool.plug.port) != tool.plug.port || channel != 0) {
+      continue;  // channel 1 gets its handle by PINIT
+    }
+    if (has_handle(i, channel)) {
+      error = Error::kPortAssigned;
+      continue;
+    }
+    const PortHandle* handle = add_handle(i, channel);
+    number = handle == nullptr ? number : handle->number;
+    return handle == nullptr ? Error::kNoHandleLeft : Error::kNone;
+  }
+  return error;
 }
 
 void PortHandles::give_handles() {
@@ -175,9 +230,9 @@ void PortHandles::give_handles() {
   }
 }
 
-void PortHandles::add_handle(std::size_t plug, int channel) {
+PortHandle* PortHandles::add_handle(std::size_t plug, int channel) {
   if (handles_.size() >= static_cast<std::size_t>(kMaxHandles)) {
-    return;  // no more to give until stale ones are freed
+    return nullptr;
   }
   std::uint8_t number = kFirstHandle;
   while (find(number) != nullptr) {
@@ -188,6 +243,7 @@ void PortHandles::add_handle(std::size_t plug, int channel) {
   handle.plug = plug;
   handle.channel = channel;
   handles_.push_back(handle);
+  return &handles_.back();
 }
 
 bool PortHandles::has_handle(std::size_t plug, int channel) const {
@@ -196,9 +252,16 @@ bool PortHandles::has_handle(std::size_t plug, int channel) const {
   });
 }
 
-std::size_t PortHandles::find_tool(int port) const {
+std::size_t PortHandles::tool_of(int port) const {
   const auto found =
       std::find_if(tools_.begin(), tools_.end(), [port](const Tool& tool) { return tool.plug.port == port; });
+  return static_cast<std::size_t>(found - tools_.begin());
+}
+
+std::size_t PortHandles::tool_in(int port) const {
+  const auto found = std::find_if(tools_.begin(), tools_.end(), [port](const Tool& tool) {
+    return tool.plugged_in && tool.plug.port == port;
+  });
   return static_cast<std::size_t>(found - tools_.begin());
 }
 

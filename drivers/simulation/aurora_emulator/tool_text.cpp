@@ -3,12 +3,11 @@
 #include <array>
 
 #include "drivers/aurora/port_replies.hpp"
+#include "drivers/simulation/aurora_emulator/identity.hpp"
 
 namespace tubed::aurora::emulator {
 
 namespace {
-
-constexpr std::string_view kControlUnit = "A5E00042";  // serial number of the emulated control unit
 
 std::string padded(std::string_view text, std::size_t size) {
   std::string whole(text.substr(0, size));
@@ -52,7 +51,7 @@ std::string tool_text(const PortHandle& handle, const Plug& plug, std::uint32_t 
   text += (fields & 0x0008) != 0 ? "00" : "";
   text += (fields & 0x0010) != 0 ? "00" : "";
   if ((fields & 0x0020) != 0) {
-    text += std::string(kControlUnit) + "00" + hex(static_cast<std::uint32_t>(plug.port), 2) +
+    text += std::string(kControlUnitSerial) + "00" + hex(static_cast<std::uint32_t>(plug.port), 2) +
             hex(static_cast<std::uint32_t>(handle.channel), 2);
   }
   return text;

@@ -8,6 +8,7 @@
 #include "drivers/aurora/bx_reply.hpp"
 #include "drivers/aurora/reply.hpp"
 #include "drivers/aurora/tx_reply.hpp"
+#include "drivers/simulation/aurora_emulator/identity.hpp"
 #include "drivers/simulation/aurora_emulator/tool_text.hpp"
 
 namespace tubed::aurora::emulator {
@@ -19,13 +20,7 @@ enum class When { kAlways, kSetup, kInitialised, kTracking, kNotTracking };
 
 constexpr std::size_t kLongestCommand = 1024;
 constexpr std::size_t kCheckSumAndEnd = 5;  // of a reply in characters
-
-/// Version texts. The field generator's and the ports' are placeholders in the form of the real ones.
-constexpr std::string_view kFirmware =
-    "AURORA Control Firmware\nCopyright: emulated by tubed, no device\nFreeze Tag: AURORA Rev 008\nFreeze "
-    "Date: none\n";
-constexpr std::string_view kFieldGenerator = "AURORA Field Generator, emulated\n";
-constexpr std::string_view kSensorUnits = "AURORA Sensor Interface Units, emulated\n";
+constexpr unsigned kHardwareChanged = 1U << 10;
 
 void say(Answer& answer, std::string_view payload) {
   answer.reply.resize(payload.size() + kCheckSumAndEnd);
@@ -38,6 +33,24 @@ void say(Answer& answer, Error error) {
   } else {
     say(answer, "ERROR" + hex(static_cast<std::uint32_t>(error), 2));
   }
+}
+
+void say(Answer& answer, const Said& said) {
+  if (said.error == Error::kNone) {
+    say(answer, said.payload);
+  } else {
+    say(answer, said.error);
+  }
+}
+
+/// A number of PHRQ, which may be asterisks: nothing then. False when it is neither.
+bool take_wanted(std::string_view digits, std::optional<int>& wanted) {
+  if (digits == "**") {
+    return true;
+  }
+  const auto number = parse_hex(digits);
+  wanted = number ? std::optional(static_cast<int>(*number)) : std::nullopt;
+  return number.has_value();
 }
 
 /// The value of exactly `digits` hexadecimal digits.
@@ -67,30 +80,38 @@ struct Tracker::Rule {
 
 const Tracker::Rule* Tracker::find_rule(std::string_view name) {
   static constexpr std::array kRules = {
-      Rule{"BX", When::kTracking, &Tracker::bx},          Rule{"TX", When::kTracking, &Tracker::tx},
-      Rule{"TSTOP", When::kTracking, &Tracker::tstop},    Rule{"TSTART", When::kSetup, &Tracker::tstart},
-      Rule{"PHSR", When::kSetup, &Tracker::phsr},         Rule{"PINIT", When::kSetup, &Tracker::pinit},
-      Rule{"PENA", When::kSetup, &Tracker::pena},         Rule{"PDIS", When::kSetup, &Tracker::pdis},
-      Rule{"PHF", When::kSetup, &Tracker::phf},           Rule{"PVWR", When::kSetup, &Tracker::pvwr},
-      Rule{"PHINF", When::kInitialised, &Tracker::phinf}, Rule{"INIT", When::kNotTracking, &Tracker::init},
-      Rule{"COMM", When::kAlways, &Tracker::comm},        Rule{"VER", When::kAlways, &Tracker::ver},
-      Rule{"APIREV", When::kAlways, &Tracker::apirev},    Rule{"BEEP", When::kAlways, &Tracker::beep},
-      Rule{"SFLIST", When::kAlways, &Tracker::sflist},    Rule{"GET", When::kAlways, &Tracker::get},
-      Rule{"RESET", When::kAlways, &Tracker::reset},
+      Rule{"BX", When::kTracking, &Tracker::bx},        Rule{"TX", When::kTracking, &Tracker::tx},
+      Rule{"TSTOP", When::kTracking, &Tracker::tstop},  Rule{"TSTART", When::kSetup, &Tracker::tstart},
+      Rule{"PHSR", When::kSetup, &Tracker::phsr},       Rule{"PINIT", When::kSetup, &Tracker::pinit},
+      Rule{"PENA", When::kSetup, &Tracker::pena},       Rule{"PDIS", When::kSetup, &Tracker::pdis},
+      Rule{"PHF", When::kSetup, &Tracker::phf},         Rule{"PVWR", When::kSetup, &Tracker::pvwr},
+      Rule{"PHRQ", When::kSetup, &Tracker::phrq},       Rule{"PHINF", When::kInitialised, &Tracker::phinf},
+      Rule{"INIT", When::kNotTracking, &Tracker::init}, Rule{"COMM", When::kAlways, &Tracker::comm},
+      Rule{"VER", When::kAlways, &Tracker::ver},        Rule{"APIREV", When::kAlways, &Tracker::apirev},
+      Rule{"BEEP", When::kAlways, &Tracker::beep},      Rule{"SFLIST", When::kAlways, &Tracker::sflist},
+      Rule{"GET", When::kAlways, &Tracker::get},        Rule{"GETINFO", When::kAlways, &Tracker::getinfo},
+      Rule{"ECHO", When::kAlways, &Tracker::echo},      Rule{"RESET", When::kAlways, &Tracker::reset},
   };
   const auto* const found =
       std::find_if(kRules.begin(), kRules.end(), [name](const Rule& rule) { return rule.name == name; });
   return found == kRules.end() ? nullptr : &*found;
 }
 
-Tracker::Tracker(const DeviceSettings& settings, Measurements& measurements)
-    : settings_(settings), measurements_(measurements), ports_(settings.plugs) {}
+Tracker::Tracker(const DeviceSettings& settings, Measurements& measurements, SystemConditions& conditions)
+    : settings_(settings), measurements_(measurements), conditions_(conditions), ports_(settings.plugs) {}
 
 void Tracker::start_anew(MonotonicTime now) {
   initialised_ = false;
   measurements_.power_on(now);
   ports_.forget_descriptions();
+  begin_setup();
+}
+
+void Tracker::begin_setup() {
   ports_.start_anew();
+  if (conditions_.field_generator_present) {
+    conditions_.raised.bits &= static_cast<std::uint16_t>(~kHardwareChanged);
+  }
 }
 
 Answer Tracker::execute(std::string_view line, MonotonicTime now) {
@@ -127,9 +148,10 @@ Error Tracker::refusal(const Rule& rule) const {
 
 void Tracker::reset(std::string_view, MonotonicTime, Answer& answer) { answer.starts_anew = true; }
 
-void Tracker::init(std::string_view, MonotonicTime, Answer& answer) {
+void Tracker::init(std::string_view, MonotonicTime now, Answer& answer) {
   initialised_ = true;
-  ports_.start_anew();
+  measurements_.begin_count(now);
+  begin_setup();
   answer.thinking = settings_.durations.init;
   say(answer, Error::kNone);
 }
@@ -138,7 +160,7 @@ void Tracker::comm(std::string_view parameters, MonotonicTime, Answer& answer) {
   const auto link = parse_link_parameters(parameters);
   const bool fast = link && (link->rate == BaudRate::k230400 || link->rate == BaudRate::k921600 ||
                              link->rate == BaudRate::k1228739);
-  if (!link || (fast && settings_.firmware == Firmware::kOld)) {
+  if (!link || (fast && !settings_.firmware.takes_fast_rates)) {
     say(answer, parameters.size() == 5 ? Error::kLinkRefused : Error::kParameters);
     return;
   }
@@ -147,23 +169,20 @@ void Tracker::comm(std::string_view parameters, MonotonicTime, Answer& answer) {
 }
 
 void Tracker::ver(std::string_view parameters, MonotonicTime, Answer& answer) {
-  const auto item = exact_hex(parameters, 1);
-  if (!item) {
-    say(answer, Error::kParameters);
-  } else if (*item == 0 || *item == 4) {
-    say(answer, kFirmware);
-  } else if (*item == 5) {
-    say(answer, "013");
-  } else if (*item == 7) {
-    say(answer, kFieldGenerator);
-  } else if (*item == 8) {
-    say(answer, kSensorUnits);
-  } else {
-    say(answer, Error::kOutOfRange);
-  }
+  say(answer, version_text(parameters, settings_));
 }
 
-void Tracker::apirev(std::string_view, MonotonicTime, Answer& answer) { say(answer, "D.001.007"); }
+void Tracker::apirev(std::string_view, MonotonicTime, Answer& answer) {
+  say(answer, settings_.firmware.api_revision);
+}
+
+void Tracker::echo(std::string_view parameters, MonotonicTime, Answer& answer) {
+  if (parameters.empty()) {
+    say(answer, Error::kParameters);
+  } else {
+    say(answer, parameters);
+  }
+}
 
 void Tracker::beep(std::string_view parameters, MonotonicTime, Answer& answer) {
   const auto times = exact_hex(parameters, 1);
@@ -175,21 +194,15 @@ void Tracker::beep(std::string_view parameters, MonotonicTime, Answer& answer) {
 }
 
 void Tracker::sflist(std::string_view parameters, MonotonicTime, Answer& answer) {
-  if (parameters == "10") {
-    say(answer, "04");
-  } else if (parameters == "12") {
-    say(answer, "1144");
-  } else {
-    say(answer, parameters.size() == 2 ? Error::kOutOfRange : Error::kParameters);
-  }
+  say(answer, feature_text(parameters));
 }
 
 void Tracker::get(std::string_view parameters, MonotonicTime, Answer& answer) {
-  if (parameters == "Info.Timeout.PINIT") {
-    say(answer, std::string(parameters) + "=5\n");
-  } else {
-    say(answer, Error::kNoSuchParameter);
-  }
+  say(answer, user_parameter(parameters, settings_.firmware));
+}
+
+void Tracker::getinfo(std::string_view parameters, MonotonicTime, Answer& answer) {
+  say(answer, user_parameter_info(parameters, settings_.firmware));
 }
 
 void Tracker::phsr(std::string_view parameters, MonotonicTime, Answer& answer) {
@@ -202,6 +215,10 @@ void Tracker::phsr(std::string_view parameters, MonotonicTime, Answer& answer) {
 }
 
 void Tracker::phinf(std::string_view parameters, MonotonicTime, Answer& answer) {
+  if (measurements_.tracking() && settings_.phinf_while_tracking == PhinfWhileTracking::kRefused) {
+    say(answer, Error::kMode);
+    return;
+  }
   const auto number = handle_number(parameters.substr(0, 2));
   const auto fields = parameters.size() == 2
                           ? std::optional(1U)
@@ -257,8 +274,29 @@ void Tracker::pvwr(std::string_view parameters, MonotonicTime, Answer& answer) {
     say(answer, Error::kParameters);
     return;
   }
+  std::array<std::uint8_t, kToolMemoryBlock> block{};
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    block[i] = static_cast<std::uint8_t>(*parse_hex(parameters.substr(6 + 2 * i, 2)));
+  }
   answer.thinking = settings_.durations.pvwr;
-  say(answer, ports_.write(*handle_number(parameters.substr(0, 2)), *parse_hex(parameters.substr(2, 4))));
+  say(answer,
+      ports_.write(*handle_number(parameters.substr(0, 2)), *parse_hex(parameters.substr(2, 4)), block));
+}
+
+/// Device (8), system (1), tool (1), port (2), channel (2). There is one device, system and tool.
+void Tracker::phrq(std::string_view parameters, MonotonicTime, Answer& answer) {
+  PortRequest request;
+  if (parameters.size() != 14 || !take_wanted(parameters.substr(10, 2), request.port) ||
+      !take_wanted(parameters.substr(12, 2), request.channel)) {
+    say(answer, Error::kParameters);
+    return;
+  }
+  std::uint8_t number = 0;
+  if (const Error error = ports_.request(request, number); error != Error::kNone) {
+    say(answer, error);
+  } else {
+    say(answer, hex(number, 2));
+  }
 }
 
 void Tracker::tstart(std::string_view parameters, MonotonicTime now, Answer& answer) {
@@ -273,6 +311,7 @@ void Tracker::tstart(std::string_view parameters, MonotonicTime now, Answer& ans
   if ((*option & kCountAnew) != 0) {
     measurements_.count_anew(now + answer.thinking);
   }
+  ports_.begin_tracking();
   measurements_.start(now + answer.thinking);
   say(answer, Error::kNone);
 }
@@ -295,32 +334,36 @@ bool Tracker::report(std::string_view parameters, MonotonicTime now, Answer& ans
   const bool also_outside = (*options & kAlsoOutOfVolume) != 0;
   const Measurement* newest = measurements_.newest(now);
   tracking_reply_.handle_count = 0;
-  tracking_reply_.system_status = ports_.news;
+  tracking_reply_.system_status.bits = static_cast<std::uint16_t>(ports_.news.bits | conditions_.raised.bits);
   for (const PortHandle& handle : ports_.all()) {
-    if (!handle.enabled) {
-      continue;
-    }
     HandleReading& reading =
         tracking_reply_.handles[static_cast<std::size_t>(tracking_reply_.handle_count++)];
-    reading = HandleReading{};
-    if (handle.stale) {
-      reading.report = Report::kDisabled;
-    } else {
-      const int sensor = ports_.plug(handle).sensors[static_cast<std::size_t>(handle.channel)];
-      if (newest != nullptr && sensor >= 1 && sensor <= kMaxTrackerCoils) {
-        reading = newest->coils[static_cast<std::size_t>(sensor - 1)];
-      }
-      if (!also_outside && reading.port_status.out_of_volume()) {
-        const HandleReading outside{0, Report::kMissing, {}, {}, 0, reading.port_status, reading.frame};
-        reading = outside;
-      }
-      reading.port_status.bits |= handle.status().bits;
+    reading = reading_of(handle, newest);
+    if (!also_outside && reading.port_status.out_of_volume()) {
+      reading = {0, Report::kMissing, {}, {}, 0, reading.port_status, reading.frame};
     }
     reading.handle = handle.number;
   }
   answer.thinking = settings_.durations.tracking;
   answer.has_tracking_data = true;
   return true;
+}
+
+HandleReading Tracker::reading_of(const PortHandle& handle, const Measurement* newest) const {
+  HandleReading reading;
+  if (handle.stale || !handle.enabled) {
+    reading.report = handle.report_without_data();
+    return reading;
+  }
+  const int sensor = ports_.plug(handle).sensors[static_cast<std::size_t>(handle.channel)];
+  if (newest != nullptr) {
+    reading.frame = newest->frame;
+    if (sensor >= 1 && sensor <= kMaxTrackerCoils) {
+      reading = newest->coils[static_cast<std::size_t>(sensor - 1)];
+    }
+  }
+  reading.port_status.bits |= handle.status().bits;
+  return reading;
 }
 
 void Tracker::tx(std::string_view parameters, MonotonicTime now, Answer& answer) {
@@ -332,7 +375,9 @@ void Tracker::tx(std::string_view parameters, MonotonicTime now, Answer& answer)
 }
 
 void Tracker::bx(std::string_view parameters, MonotonicTime now, Answer& answer) {
-  if (report(parameters, now, answer)) {
+  if (!settings_.firmware.knows_bx) {
+    say(answer, Error::kUnknownCommand);
+  } else if (report(parameters, now, answer)) {
     answer.reply.resize(kMaxBxFrame);
     answer.reply.resize(encode_bx(tracking_reply_, answer.reply));
   }

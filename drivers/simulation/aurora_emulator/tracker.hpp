@@ -23,10 +23,10 @@ struct Answer {
   bool starts_anew = false;             ///< RESET: no reply but the word after the restart
 };
 
-/// One thread. `measurements` has to outlive it.
+/// One thread. `measurements` and `conditions` have to outlive it.
 class Tracker {
  public:
-  Tracker(const DeviceSettings& settings, Measurements& measurements);
+  Tracker(const DeviceSettings& settings, Measurements& measurements, SystemConditions& conditions);
 
   /// Power-on, break or RESET.
   void start_anew(MonotonicTime now);
@@ -48,6 +48,8 @@ class Tracker {
   void beep(std::string_view parameters, MonotonicTime now, Answer& answer);
   void sflist(std::string_view parameters, MonotonicTime now, Answer& answer);
   void get(std::string_view parameters, MonotonicTime now, Answer& answer);
+  void getinfo(std::string_view parameters, MonotonicTime now, Answer& answer);
+  void echo(std::string_view parameters, MonotonicTime now, Answer& answer);
   void phsr(std::string_view parameters, MonotonicTime now, Answer& answer);
   void phinf(std::string_view parameters, MonotonicTime now, Answer& answer);
   void pinit(std::string_view parameters, MonotonicTime now, Answer& answer);
@@ -55,16 +57,21 @@ class Tracker {
   void pdis(std::string_view parameters, MonotonicTime now, Answer& answer);
   void phf(std::string_view parameters, MonotonicTime now, Answer& answer);
   void pvwr(std::string_view parameters, MonotonicTime now, Answer& answer);
+  void phrq(std::string_view parameters, MonotonicTime now, Answer& answer);
   void tstart(std::string_view parameters, MonotonicTime now, Answer& answer);
   void tstop(std::string_view parameters, MonotonicTime now, Answer& answer);
   void tx(std::string_view parameters, MonotonicTime now, Answer& answer);
   void bx(std::string_view parameters, MonotonicTime now, Answer& answer);
 
-  /// The newest measurement as the enabled handles have it; false with an error when `parameters` are wrong.
+  /// Every handle is new; INIT also acknowledges that hardware has changed.
+  void begin_setup();
+  /// The newest measurement of every handle that there is; false with an error when `parameters` are wrong.
   bool report(std::string_view parameters, MonotonicTime now, Answer& answer);
+  [[nodiscard]] HandleReading reading_of(const PortHandle& handle, const Measurement* newest) const;
 
   DeviceSettings settings_;
   Measurements& measurements_;
+  SystemConditions& conditions_;
   PortHandles ports_;
   bool initialised_ = false;
   TrackingReply tracking_reply_;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/drivers/simulation/aurora_emulator/emulated_room.hpp"
 
 namespace tubed::aurora::emulator {
@@ -78,6 +80,67 @@ TEST(Control, AStuckTrackerCountsOnWithOldPoses) {
   EXPECT_GT(host.tracking.handles[0].p_em_mm.z(), before.p_em_mm.z() + 0.35);
 }
 
+TEST(Control, RaisesAndEndsWhatTheSystemStatusSays) {
+  Host host;
+  host.start_tracking();
+  const auto status = [&host] {
+    host.ask(bx_command(kTransforms));
+    return host.tracking.system_status;
+  };
+  EXPECT_EQ(status().bits, 0);
+  EXPECT_EQ(command(host, "status temperature on"), "");
+  EXPECT_TRUE(status().temperature_out_of_range());
+  EXPECT_EQ(command(host, "status diagnostic on"), "");
+  EXPECT_EQ(command(host, "status synchronisation on"), "");
+  EXPECT_EQ(command(host, "status hardware-changed on"), "");
+  EXPECT_EQ(status().bits, 0x0701);
+  EXPECT_EQ(command(host, "status temperature off"), "");
+  EXPECT_EQ(status().bits, 0x0501);
+  EXPECT_EQ(command(host, "clear"), "");
+  EXPECT_EQ(status().bits, 0);
+}
+
+TEST(Control, WithoutFieldGeneratorEveryCoilIsMissing) {
+  Host host;
+  host.start_tracking();
+  const auto missing = [&host] {
+    host.now += milliseconds(50);
+    host.ask(bx_command(kTransforms | kAlsoOutOfVolume));
+    const auto readings = host.tracking.readings();
+    return std::count_if(readings.begin(), readings.end(),
+                         [](const HandleReading& one) { return one.report == Report::kMissing; });
+  };
+  EXPECT_EQ(missing(), 0);
+  EXPECT_EQ(command(host, "unplug-field-generator"), "");
+  EXPECT_EQ(missing(), 5);
+  EXPECT_TRUE(host.tracking.system_status.hardware_changed());
+  host.ask(tstop_command());
+  host.start_tracking();
+  EXPECT_EQ(missing(), 5);
+  EXPECT_TRUE(host.tracking.system_status.hardware_changed());  // INIT does not bring it back
+  EXPECT_EQ(command(host, "plug-field-generator"), "");
+  EXPECT_EQ(missing(), 0);
+  EXPECT_TRUE(host.tracking.system_status.hardware_changed());
+  host.ask(tstop_command());
+  host.start_tracking();
+  EXPECT_EQ(missing(), 0);
+  EXPECT_FALSE(host.tracking.system_status.hardware_changed());
+}
+
+TEST(Control, PlugsInAStrangersTool) {
+  Host host;
+  host.start_tracking();
+  EXPECT_EQ(command(host, "unplug 2"), "");
+  EXPECT_EQ(command(host, "plug 2 BADC0FFE 610099"), "");
+  EXPECT_EQ(command(host, "plug 12 77"), "");
+  host.ask(tstop_command());
+  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "020F00110001");
+  host.ask(pinit_command(0x0F));
+  const std::string text = host.ask(phinf_command(0x0F, 0x0005));
+  EXPECT_EQ(text.substr(23, 8), "BADC0FFE");
+  EXPECT_EQ(text.substr(33), "610099              ");
+}
+
 TEST(Control, SaysWhatIsWrongAndChangesNothing) {
   Host host;
   host.start_tracking();
@@ -101,12 +164,28 @@ TEST(Control, SaysWhatIsWrongAndChangesNothing) {
                            "lose-coil 1.5",
                            "unplug 9",
                            "plug 1",
+                           "plug 1 77",
+                           "plug 9",
+                           "plug 9 SERIAL",
+                           "plug 9 123456789",
+                           "plug 9 77 123456789012345678901",
+                           "plug 9 77 A B",
+                           "plug 17 77",
+                           "set jump 0",
+                           "set standstill soon",
+                           "status",
+                           "status happy on",
+                           "status temperature",
+                           "status temperature high",
+                           "status temperature on now",
                            "hang-up soon",
                            "clear now"}) {
     EXPECT_NE(command(host, text), "") << text;
   }
   EXPECT_EQ(host.ask(bx_command(kTransforms)), "binary");
   EXPECT_EQ(coil_sample(host.tracking.handles[0]).status, CoilStatus::kOk);
+  EXPECT_EQ(host.tracking.handle_count, 5);
+  EXPECT_EQ(host.tracking.system_status.bits, 0);
 }
 
 }  // namespace

@@ -78,10 +78,10 @@ TEST(Device, ShowsTheSecondCoilOfAPlugAfterTheFirstPinitOnly) {
   Host host;
   host.listen();
   host.ask(init_command());
-  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "030A00F0B00F0C00F");
+  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "030A0010B0010C001");
   EXPECT_EQ(host.ask(pinit_command(0x0A)), "OKAY");
   EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeEnabled)), "020A01F0D01F");
-  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "020B00F0C00F");
+  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "020B0010C001");
 }
 
 TEST(Device, TellsTheCoilsOfAPlugApartByChannelAloneAndNumbersHandlesAsRecorded) {
@@ -280,7 +280,7 @@ TEST(Device, AnUnpluggedToolIsDisabledAndItsReplacementIsANewHandle) {
   EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeFreed)).substr(0, 4), "010C");
   EXPECT_EQ(host.ask(phinf_command(0x0C, kToolField)), "UNOCCUPIED");
   EXPECT_EQ(host.ask(phf_command(0x0C)), "OKAY");
-  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "010F00F");
+  EXPECT_EQ(host.ask(phsr_command(HandleQuery::kToBeInitialised)), "010F001");
 }
 
 TEST(Device, APowerCycleForgetsEverything) {
