@@ -30,7 +30,6 @@ void Device::receive(Bytes bytes, int host_bits_per_second, MonotonicTime now) {
     return;
   }
   for (const std::uint8_t sent : bytes) {
-    switch_link(std::max(heard_until_, now));
     heard_until_ = std::max(heard_until_, now) + byte_time(wire_.link);
     if (heard_until_ < deaf_until_) {
       continue;

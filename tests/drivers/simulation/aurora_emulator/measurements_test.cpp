@@ -54,7 +54,7 @@ TEST(Measurements, Tstart80CountsFromZeroAndInitFromTheBeginning) {
   EXPECT_NEAR(measure(host).frame - 80'000U, true_frame(begun, host.now), 40);
 }
 
-TEST(Measurements, AStandstillKeepsNumberAndPosesOverTstopAndTstartAndInit) {
+TEST(Measurements, AStandstillKeepsNumberAndPosesOverTstopAndTstart) {
   Host host;
   host.start_tracking();
   const HandleReading before = measure(host);

@@ -73,6 +73,18 @@ TEST_F(SerialFrontTest, AnswersThroughThePortAtTheRateThatBothHave) {
   EXPECT_EQ(ask("APIREV:443E\r").substr(0, 9), "D.001.007");
 }
 
+TEST_F(SerialFrontTest, AnswersCommandsSentWithoutWaitingInTheirOrder) {
+  open_port();
+  ASSERT_EQ(ask(""), "RESETBE6F\r");
+  std::string replies = ask("INIT:E3A5\rAPIREV:443E\rPHSR:0120\r");
+  while (replies.find("ERROR04") == std::string::npos) {
+    const std::string more = ask("");
+    ASSERT_NE(more, "") << replies;
+    replies += more;
+  }
+  EXPECT_EQ(replies.substr(0, 18), "OKAYA896\rD.001.007");
+}
+
 TEST_F(SerialFrontTest, TakesTheTimeOfTheWire) {
   open_port();
   ASSERT_EQ(ask(""), "RESETBE6F\r");
