@@ -239,7 +239,7 @@ void add_options(CLI::App& verb, EmulatorOptions& options) {
   verb.add_option("--rate-hz", options.device.rate_hz, "Measurements a second")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
-  verb.add_option("--first-frame", options.device.first_frame, "Frame counter at power-on")
+  verb.add_option("--first-frame", options.device.first_frame, "Frame counter at power-on and after INIT")
       ->capture_default_str();
   verb.add_option("--seed", options.device.seed, "Of all that happens by chance")->capture_default_str();
   verb.add_flag("--slow-pinit", options.slow_pinit, "PINIT takes 2.5 s, as with a tool whose memory is read");

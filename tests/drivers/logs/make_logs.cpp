@@ -164,6 +164,11 @@ WireLog a_tool_without_description() {
   LoggedHost host("ERROR13 after 2.5 s, until PVWR has written the tool's description", settings);
   host.begin();
   host.ask(pinit_command(0x0A));
+  // As recorded: what cannot be initialised is listed all the same.
+  host.ask(phsr_command(HandleQuery::kToBeEnabled));
+  host.ask(tstart_command());
+  host.poll(1, tx_command(kTransforms));
+  host.ask(tstop_command());
   const std::vector<std::uint8_t> block(kToolMemoryBlock, 0xA5);
   for (int i = 0; i < 16; ++i) {
     host.ask(pvwr_command(0x0A, static_cast<std::uint16_t>(64 * i), block));
