@@ -37,6 +37,7 @@ struct EmulatorOptions {
   std::string truth;
   std::vector<std::string> commands;
   std::vector<int> blank_ports;
+  std::vector<int> unused_channel_ports;
   std::int64_t epoch_ns = 0;
   double seconds = 0;
   bool slow_pinit = false;
@@ -135,6 +136,14 @@ Measurable measurable(const EmulatorOptions& options, MonotonicTime start) {
   return from_simulation(default_room(), default_simulation(start), options.device.rate_hz);
 }
 
+emulator::Plug& plug_of(int port, const std::string& option, emulator::DeviceSettings& settings) {
+  if (port < 1 || port > static_cast<int>(settings.plugs.size())) {
+    throw std::runtime_error(option + " " + std::to_string(port) + ": only ports 1 to " +
+                             std::to_string(settings.plugs.size()) + " have a tool");
+  }
+  return settings.plugs[static_cast<std::size_t>(port - 1)];
+}
+
 emulator::DeviceSettings device_settings(const EmulatorOptions& options, int sensors) {
   emulator::DeviceSettings settings = options.device;
   settings.plugs = emulator::two_coils_a_port(sensors);
@@ -147,11 +156,13 @@ emulator::DeviceSettings device_settings(const EmulatorOptions& options, int sen
     settings.durations.pinit = std::chrono::milliseconds(2500);
   }
   for (const int port : options.blank_ports) {
-    if (port > static_cast<int>(settings.plugs.size())) {
-      throw std::runtime_error("--blank-port " + std::to_string(port) + ": only ports 1 to " +
-                               std::to_string(settings.plugs.size()) + " have a tool");
+    plug_of(port, "--blank-port", settings).memory = emulator::ToolMemory::kBlank;
+  }
+  for (const int port : options.unused_channel_ports) {
+    emulator::Plug& plug = plug_of(port, "--unused-channel", settings);
+    if (plug.sensors.size() == 1) {
+      plug.sensors.push_back(0);
     }
-    settings.plugs[static_cast<std::size_t>(port - 1)].memory = emulator::ToolMemory::kBlank;
   }
   return settings;
 }
@@ -233,6 +244,8 @@ void add_options(CLI::App& verb, EmulatorOptions& options) {
   verb.add_option("--command", options.commands,
                   "A command at the start, as 'fault crc 0.01 any' or 'plug 7 3C4B00FF'; may be given again");
   verb.add_option("--blank-port", options.blank_ports, "The tool on that port has no description: ERROR13");
+  verb.add_option("--unused-channel", options.unused_channel_ports,
+                  "The tool on that port, if it has one coil, has a second that is always missing");
   verb.add_option("--epoch-ns", options.epoch_ns, "CLOCK_MONOTONIC at which the motion begins; default: now");
   verb.add_option("--seconds", options.seconds, "End after so long; default: at Ctrl-C")
       ->check(CLI::Range(0.0, 1e7));
