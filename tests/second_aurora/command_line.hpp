@@ -1,4 +1,4 @@
-// One command as it was heard, without its CR (aurora.md 1.1: two equivalent forms).
+// One command as it was heard, without its CR: two equivalent forms (README.md, Line).
 #pragma once
 
 #include <string>

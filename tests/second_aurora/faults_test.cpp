@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "tests/second_aurora/scripted_host.hpp"
 
 namespace tubed::second_aurora {
@@ -113,6 +115,29 @@ TEST_F(SecondAuroraFaults, ACoilCanBeMissingForAWhile) {
   EXPECT_EQ(host.ask("TX:0801").substr(4, 7), "MISSING");
   host.listen(kSecond_ns);
   EXPECT_EQ(host.ask("TX:0801").substr(4, 2), "+1");
+}
+
+TEST_F(SecondAuroraFaults, ACoilCanLeaveTheVolumeOrBreakForOneMeasurement) {
+  const auto states = [this](FaultKind kind) {
+    host.truths.clear();
+    host.device.strike(once(kind), host.now_ns);
+    host.listen(100 * kMillisecond_ns);
+    std::vector<CoilState> seen;
+    for (const auto& [frame, truth] : host.truths) {
+      seen.push_back(truth.coils.at(0).state);
+    }
+    return seen;
+  };
+  const std::vector<CoilState> outside = states(FaultKind::CoilOutOfVolume);
+  EXPECT_EQ(outside.at(0), CoilState::OutOfVolume);
+  EXPECT_EQ(outside.at(1), CoilState::Valid);
+  EXPECT_EQ(states(FaultKind::CoilBroken).at(0), CoilState::Broken);
+}
+
+TEST(SecondAuroraFaultNames, EveryKindHasItsOwn) {
+  EXPECT_EQ(kFaultNames[static_cast<std::size_t>(FaultKind::CounterJumps)], "counter_jumps");
+  EXPECT_EQ(kFaultNames[static_cast<std::size_t>(FaultKind::CoilMissing)], "coil_missing");
+  EXPECT_EQ(std::set<std::string_view>(kFaultNames.begin(), kFaultNames.end()).size(), kFaultKinds);
 }
 
 TEST_F(SecondAuroraFaults, StuckPosesKeepTheirTrueTimeWhileTheCounterRuns) {

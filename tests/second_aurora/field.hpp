@@ -1,4 +1,5 @@
 // The measurements: when they are taken, what the frame counter says, which pose of each coil is reported.
+// Used by SecondAurora only, in its thread.
 #pragma once
 
 #include <cstdint>

@@ -5,7 +5,7 @@
 namespace tubed::second_aurora {
 namespace {
 
-// Recorded on firmware Rev 006 ("Learnt later").
+// Recorded on firmware Rev 006 (README.md, Handles).
 TEST(SecondAuroraHandles, AToolThatCannotBeInitialisedIsListedAsDisabled) {
   Settings settings = with_coils({1});
   settings.ports[0]->rom = Rom::Blank;
@@ -18,7 +18,8 @@ TEST(SecondAuroraHandles, AToolThatCannotBeInitialisedIsListedAsDisabled) {
   EXPECT_EQ(host.ask_binary("BX:0001"), binary_framed({0x01, 0x0A, 0x04, 0x00, 0x00}));
 }
 
-// Recorded 2005: the second coil's handle comes with the first PINIT, already initialised (aurora.md 1.3).
+// Recorded 2005: the second coil's handle comes with the first PINIT, already initialised (README.md,
+// Handles).
 TEST(SecondAuroraHandles, OnePinitBringsTheSecondCoilOfThePlug) {
   ScriptedHost host(with_coils({2}));
   host.ask("INIT:");
@@ -70,7 +71,7 @@ TEST(SecondAuroraHandles, ATrueMakersNameIsASetting) {
   EXPECT_EQ(host.ask("PHINF:0A0001").substr(8, 12), "NDI         ");
 }
 
-// Recorded on a Polaris: 0080, after replug 00C0, and a new handle (aurora.md 1.5).
+// Recorded on a Polaris: 0080, after replug 00C0, and a new handle (README.md, Handles).
 TEST(SecondAuroraHandles, ReplugWhileTrackingBringsANewHandle) {
   ScriptedHost host(with_coils({1}));
   host.start_tracking();
@@ -108,7 +109,8 @@ TEST(SecondAuroraHandles, AStrangersToolIsNamedByItsOwnSerialNumber) {
   EXPECT_EQ(host.ask("PHINF:0B0001").substr(23, 8), "77777777");
 }
 
-// Genuine definition files are shorter than the memory: six blocks leave the tool ERROR13 ("Learnt later").
+// Genuine definition files are shorter than the memory: six blocks leave the tool ERROR13 (README.md,
+// Handles).
 TEST(SecondAuroraHandles, ABlankToolWorksOnlyAfterAllSixteenBlocks) {
   Settings settings = with_coils({1});
   settings.ports[0]->rom = Rom::Blank;

@@ -1,4 +1,5 @@
 // What each command does and answers, without time on the wire and without faults of replies.
+// Used by SecondAurora only, in its thread.
 #pragma once
 
 #include <cstdint>

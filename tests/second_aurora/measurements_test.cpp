@@ -36,11 +36,11 @@ TEST(SecondAuroraMeasurements, TextIsTheTruthToItsLastDigit) {
   const std::string text = host.ask("TX:0001");
   EXPECT_EQ(text.substr(0, 4 + 24 + 21 + 6), "010A+05000-05000+07071+00000+001234-000001-023450+01234");
   EXPECT_EQ(port_status_of(text), 0x0002003Fu);
-  // 70 bytes per valid handle (aurora.md 1.4), beside count and system status.
+  // A recorded reply has 70 bytes per valid handle, beside count and system status.
   EXPECT_EQ(text.size(), 2u + 70 + 4);
 }
 
-// Sizes of aurora.md 1.10: 179 bytes for four coils.
+// Four valid coils of 42 bytes, count, system status, header and CRC: 179 bytes.
 TEST(SecondAuroraMeasurements, BinaryIsTheTruthInFloats) {
   ScriptedHost host(with_coils({2, 2}));
   host.start_tracking();
@@ -62,7 +62,7 @@ TEST(SecondAuroraMeasurements, BinaryIsTheTruthInFloats) {
   EXPECT_EQ(z_mm, static_cast<float>(moving_away(2, 0, host.truths[frame].time_ns).z_mm));
 }
 
-// 323.2 counts/s of the recordings (aurora.md 1.7), going on while nobody tracks.
+// 323.2 counts/s of the recordings (README.md, Measurements), going on while nobody tracks.
 TEST(SecondAuroraMeasurements, TheCounterRunsByEightAndGoesOnOverTstop) {
   ScriptedHost host(with_coils({1}));
   host.start_tracking();

@@ -1,4 +1,5 @@
 // Decides which fault strikes when, from one seed, and damages replies.
+// Used by SecondAurora only, in its thread.
 #pragma once
 
 #include <cstdint>

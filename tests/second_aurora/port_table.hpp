@@ -1,5 +1,5 @@
-// Ports, what is plugged into them, and the handles the device allocated (aurora.md 1.2 step 5, 1.3, "Learnt
-// later").
+// Ports, what is plugged into them, and the handles the device allocated (README.md, Handles).
+// Used by SecondAurora only, in its thread.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ enum class HandleQuery { All, ToBeFreed, Uninitialised, Initialised, Enabled };
 
 class PortTable {
  public:
-  // Both are kept by reference and outlive the table.
-  PortTable(const Settings& settings);
+  // The settings are kept by reference and outlive the table.
+  explicit PortTable(const Settings& settings);
 
   // What is plugged in stays, all handles are forgotten.
   void forget_handles();

@@ -1,4 +1,4 @@
-// A measurement as TX and BX report it (aurora.md 1.4, 1.5).
+// A measurement as TX and BX report it (README.md, Tracking replies).
 #pragma once
 
 #include <cstdint>

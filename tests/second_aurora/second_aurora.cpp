@@ -73,7 +73,7 @@ void SecondAurora::speak(std::int64_t now_ns, int host_baud, std::vector<std::ui
 }
 
 std::int64_t SecondAurora::next_event_ns() const {
-  std::int64_t next_ns = std::min({in_.next_line_ns(), next_baud_at_ns_, hung_until_ns_});
+  std::int64_t next_ns = std::min({in_.next_line_ns(baud_), next_baud_at_ns_, hung_until_ns_});
   if (power_ != Power::On) {
     next_ns = std::min(next_ns, power_until_ns_);
   }
@@ -118,7 +118,9 @@ void SecondAurora::plug(int port, const Tool& tool, std::int64_t now_ns) {
 void SecondAurora::unplug(int port, std::int64_t now_ns) {
   advance(now_ns);
   check_port(port);
-  interpreter_.unplug(port);
+  if (interpreter_.ports().occupied(port)) {
+    interpreter_.unplug(port);
+  }
 }
 
 void SecondAurora::unplug_field_generator(std::int64_t now_ns) {

@@ -20,8 +20,10 @@ std::int64_t next_tick_ns(std::int64_t time_ns, std::int64_t period_ns) {
 
 std::int64_t byte_time_ns(int baud) { return std::llround(10e9 / baud); }
 
+bool same_rate(int baud, int other_baud) { return std::abs(baud - other_baud) <= other_baud / 33; }
+
 void Ear::hear(std::uint8_t byte, int sent_baud, int own_baud, Bytes& out) {
-  if (std::abs(sent_baud - own_baud) <= own_baud / 33) {
+  if (same_rate(sent_baud, own_baud)) {
     owed_bytes_ = 0;
     out.push_back(byte);
     return;
@@ -40,12 +42,13 @@ void LineIn::send(std::span<const std::uint8_t> bytes, int host_baud, std::int64
   }
 }
 
-std::int64_t LineIn::next_line_ns() const {
+std::int64_t LineIn::next_line_ns(int own_baud) const {
   if (arrivals_.empty()) {
     return INT64_MAX;
   }
-  const auto line_end = std::find_if(arrivals_.begin(), arrivals_.end(),
-                                     [](const Arrival& arrival) { return arrival.byte == '\r'; });
+  const auto line_end = std::find_if(arrivals_.begin(), arrivals_.end(), [own_baud](const Arrival& arrival) {
+    return arrival.byte == '\r' || !same_rate(arrival.host_baud, own_baud);
+  });
   return line_end == arrivals_.end() ? arrivals_.back().time_ns : line_end->time_ns;
 }
 

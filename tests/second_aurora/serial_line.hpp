@@ -1,5 +1,6 @@
 // The bytes on the wire between host and device: each takes ten bits at its rate, and who listens at another
 // rate hears noise.
+// Used by SecondAurora only, in its thread.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +12,12 @@
 
 namespace tubed::second_aurora {
 
+// Of start bit, eight data bits and stop bit.
 std::int64_t byte_time_ns(int baud);
+// Within 3 %, the tolerance of a UART.
+bool same_rate(int baud, int other_baud);
 
-// What a receiver makes of a sender's byte: the byte at equal rates (within 3 %), otherwise noise: several
+// What a receiver makes of a sender's byte: the byte at the same rate, otherwise noise: several
 // bytes when the receiver is faster, one now and then when it is slower.
 class Ear {
  public:
@@ -38,8 +42,9 @@ class LineIn {
   bool empty() const { return arrivals_.empty(); }
   const Arrival& front() const { return arrivals_.front(); }
   void pop() { arrivals_.pop_front(); }
-  // When the first CR, or otherwise the last byte, is in; INT64_MAX when nothing is on its way.
-  std::int64_t next_line_ns() const;
+  // When the first CR is in, or a byte at another rate, which may be heard as one; otherwise the last byte.
+  // INT64_MAX when nothing is on its way.
+  std::int64_t next_line_ns(int own_baud) const;
 
  private:
   std::deque<Arrival> arrivals_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tubed::second_aurora {
@@ -113,6 +114,13 @@ enum class FaultKind {
   CounterJumps,
 };
 inline constexpr std::size_t kFaultKinds = 22;
+// [kind], for those who print counts or read faults from a command line.
+inline constexpr std::array<std::string_view, kFaultKinds> kFaultNames = {
+    "body_crc_wrong", "header_crc_wrong", "length_wrong",       "truncated",         "byte_dropped",
+    "noise_before",   "no_reply",         "error_instead",      "duplicated",        "stale",
+    "late",           "pause_inside",     "text_for_binary",    "spontaneous_reset", "hang_up",
+    "power_cycle",    "coil_missing",     "coil_out_of_volume", "coil_broken",       "poses_stuck",
+    "counter_stands", "counter_jumps"};
 
 enum class Strikes { TrackingReplies, AllReplies };
 

@@ -1,4 +1,4 @@
-// CRC-16/ARC and the hexadecimal numbers of the Aurora's protocol (aurora.md 1.1).
+// CRC-16/ARC and the hexadecimal numbers of the Aurora's protocol (README.md, Line).
 #pragma once
 
 #include <cstdint>

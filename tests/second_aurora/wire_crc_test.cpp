@@ -10,7 +10,7 @@
 namespace tubed::second_aurora {
 namespace {
 
-// The catalogue's check value and what recordings of real devices contain (aurora.md 1.1).
+// The catalogue's check value and what recordings of real devices contain (README.md, Line).
 TEST(SecondAuroraWireCrc, AgreesWithTheRecordings) {
   const std::pair<const char*, const char*> vectors[] = {
       {"123456789", "BB3D"},
@@ -59,7 +59,7 @@ TEST(SecondAuroraWireCrc, AgreesWithTheRecordings) {
   }
 }
 
-// A BX reply of a recording: the frame around its body is ours to the byte (aurora.md 1.5).
+// A BX reply of a recording: the frame around its body is ours to the byte (README.md, Tracking replies).
 TEST(SecondAuroraWireCrc, FramesABinaryBodyAsTheRecording) {
   const std::string body_hex =
       "020102310000002801000002017f280f3f80121d3f201dc63ea280cd3e1c78b1c2d8d42443c87f09c5c55f0a3d310000002a01"
