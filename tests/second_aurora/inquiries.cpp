@@ -64,7 +64,8 @@ std::optional<std::string> user_parameter(const Firmware& firmware, std::string_
       {"Info.Timeout.RESET", "15"}, {"Info.Timeout.COMM", "2"},  {"Info.Timeout.PVWR", "3"},
   };
   if (name == "Features.Firmware.Version") {
-    return std::string(name) + "=" + firmware.freeze_tag.substr(firmware.freeze_tag.size() - 3) + "\n";
+    return std::string(name) + "=" + firmware.freeze_tag.substr(firmware.freeze_tag.find_last_of(' ') + 1) +
+           "\n";
   }
   for (const auto& [known, value] : kParameters) {
     if (name == known) {

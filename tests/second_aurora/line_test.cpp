@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/second_aurora/scripted_host.hpp"
 
 namespace tubed::second_aurora {
@@ -131,6 +133,25 @@ TEST(SecondAuroraLine, APowerCycleTakesThePortAwayAndForgetsEverything) {
   host.listen(3 * kSecond_ns + 20 * kMillisecond_ns);
   EXPECT_EQ(host.heard, framed("RESET"));
   EXPECT_EQ(host.ask("TX:0001"), "ERROR0C");
+}
+
+TEST(SecondAuroraLine, ABreakEndsWhateverRubbishWasSent) {
+  ScriptedHost host(with_coils({2, 1}));
+  std::mt19937 random(1);
+  for (int round = 0; round < 200; ++round) {
+    std::string rubbish = "TSTART \rPENA 0A";
+    for (std::size_t i = random() % 400; i > 0; --i) {
+      rubbish += static_cast<char>(random());
+    }
+    host.baud = random() % 2 == 0 ? 9600 : 115200;
+    host.send(rubbish);
+    host.listen(static_cast<std::int64_t>(random() % 50) * kMillisecond_ns);
+    ASSERT_GT(host.device.next_event_ns(), host.now_ns);
+  }
+  host.device.serial_break(host.now_ns);
+  host.baud = 9600;
+  host.listen(1400 * kMillisecond_ns);
+  EXPECT_EQ(host.ask("INIT:"), "OKAY");
 }
 
 TEST(SecondAuroraLine, NothingIsDueWhenNobodyAsked) {

@@ -58,6 +58,7 @@ void SecondAurora::hear(std::span<const std::uint8_t> bytes, int host_baud, std:
 
 void SecondAurora::serial_break(std::int64_t now_ns) {
   advance(now_ns);
+  in_.cut(now_ns);
   if (power_ != Power::Off && !hung_up(now_ns)) {
     reset(now_ns);
   }
@@ -307,7 +308,6 @@ void SecondAurora::send_reply(const Bytes& reply, const std::optional<Fault>& fa
 }
 
 void SecondAurora::forget_everything(std::int64_t now_ns) {
-  in_.clear();
   out_.cut(now_ns);
   line_.clear();
   waiting_.clear();

@@ -32,10 +32,10 @@ class SecondAurora {
   // and before a reply that contains it comes out. Calls nothing of this object.
   std::function<void(const Truth&)> on_measurement;
 
-  // --- the line ---
+  // --- the line --- (rates are positive)
   // The host begins to send these bytes now, or when it has sent the ones before.
   void hear(std::span<const std::uint8_t> bytes, int host_baud, std::int64_t now_ns);
-  // The host holds the line low: resets the device at any rate.
+  // The host holds the line low instead of sending what it had not sent yet: resets the device at any rate.
   void serial_break(std::int64_t now_ns);
   // Appends what the host could read since the last call. Call it before the host changes its rate.
   void speak(std::int64_t now_ns, int host_baud, std::vector<std::uint8_t>& out);

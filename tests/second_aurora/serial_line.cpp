@@ -42,6 +42,11 @@ void LineIn::send(std::span<const std::uint8_t> bytes, int host_baud, std::int64
   }
 }
 
+void LineIn::cut(std::int64_t now_ns) {
+  arrivals_.clear();
+  free_at_ns_ = now_ns;
+}
+
 std::int64_t LineIn::next_line_ns(int own_baud) const {
   if (arrivals_.empty()) {
     return INT64_MAX;

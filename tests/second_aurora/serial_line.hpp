@@ -38,7 +38,8 @@ class LineIn {
     int host_baud = 0;
   };
   void send(std::span<const std::uint8_t> bytes, int host_baud, std::int64_t now_ns);
-  void clear() { arrivals_.clear(); }
+  // The host gives up what it has not sent yet.
+  void cut(std::int64_t now_ns);
   bool empty() const { return arrivals_.empty(); }
   const Arrival& front() const { return arrivals_.front(); }
   void pop() { arrivals_.pop_front(); }
