@@ -1,6 +1,7 @@
 #include "drivers/aurora/port_setup.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "drivers/aurora/error_codes.hpp"
 
@@ -107,6 +108,13 @@ void PortSetup::take(const Reply* reply) noexcept {
     case Step::kLocateFailed:
       describe(reply);
       break;
+    case Step::kInitialise:
+      if (reply == nullptr && !silent_before()) {
+        state_ = State::kNoAnswer;
+        return;
+      }
+      step_done(reply);
+      break;
     default:
       if (reply == nullptr && retry()) {
         return;
@@ -114,6 +122,10 @@ void PortSetup::take(const Reply* reply) noexcept {
       step_done(reply);
   }
 }
+
+// PINIT is waited for the longest. A tracker that starts anew meanwhile does not hear the line any more: the link is
+// looked for before seconds go by for every other tool. A tool for which the tracker falls silent twice is left out.
+bool PortSetup::silent_before() noexcept { return std::exchange(silent_, handle()) == handle(); }
 
 bool PortSetup::retry() noexcept {
   return ++attempts_ < (step_ == Step::kInitialise ? kInitialiseAttempts : kAttempts);
@@ -235,6 +247,7 @@ void PortSetup::step_done(const Reply* reply) noexcept {
       }
       return;
     case Step::kInitialise:
+      silent_ = carried_out(reply) ? 0 : silent_;
       if (!carried_out(reply) && error != kHandleGone) {
         FoundCoil& failed = coil(handle());
         failed.error_code = error;

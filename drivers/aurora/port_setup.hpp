@@ -93,6 +93,7 @@ class PortSetup {
   void choose(FoundCoil& described, bool enabled) noexcept;
   void enter(Step step) noexcept;
   bool retry() noexcept;
+  bool silent_before() noexcept;
   bool out_of_order(const Reply& reply) noexcept;
   [[nodiscard]] std::uint8_t handle() const noexcept { return handles_[at_]; }
   [[nodiscard]] FoundCoil& coil(std::uint8_t handle) noexcept;
@@ -109,6 +110,7 @@ class PortSetup {
   int passes_ = 0;
   int attempts_ = 0;
   CoilPlug located_;  ///< of the handle being initialised
+  std::uint8_t silent_ = 0;  ///< handle whose PINIT was not answered, also by an earlier setup; 0: none
   FixedText<8> control_unit_serial_;
   std::array<FoundCoil, kMaxHandles> found_{};
   std::size_t found_count_ = 0;

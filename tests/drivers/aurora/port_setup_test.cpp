@@ -172,6 +172,16 @@ TEST(PortSetup, LeavesOutAToolThatTheConfigurationDoesNotExpect) {
   EXPECT_EQ(std::count(sent.begin(), sent.end(), "PENA:0AD"), 0);
 }
 
+TEST(PortSetup, LooksForTheLinkWhenAToolIsNotAnsweredForAndLeavesItOutTheSecondTime) {
+  PortSetup setup(both_coils(), {});
+  const std::vector<std::pair<std::string, std::string>> script = {
+      {"PHSR:01", "00"}, {"PHSR:02", "010A001"}, {"PHSR:02", "010A001"}, {"PHSR:03", "00"}};
+  EXPECT_EQ(play(setup, script).back(), "PINIT:0A");
+  EXPECT_EQ(setup.state(), PortSetup::State::kNoAnswer);
+  play(setup, script);
+  EXPECT_EQ(setup.state(), PortSetup::State::kDone);
+}
+
 TEST(PortSetup, SaysHowFarItIs) {
   PortSetup setup(both_coils(), {});
   setup.begin();

@@ -46,8 +46,6 @@ class SessionBench {
         line(device),
         session(settings, map, tools) {
     device.measurements().on_measurement = [this](const emulator::Measurement& measurement) {
-      newest_frame_ = measurement.frame;
-      newest_time_ = measurement.time;
       reported_[measurement.frame / 8 % kReported] = measurement;
     };
   }
@@ -138,8 +136,9 @@ class SessionBench {
   }
 
   void compare() {
-    const auto behind = static_cast<std::int32_t>(newest_frame_ - frame.tracker_frame);
-    const MonotonicTime truth = newest_time_ - std::chrono::nanoseconds(behind * 3'125'000LL);
+    const emulator::Measurement& reported = reported_[frame.tracker_frame / 8 % kReported];
+    wrong += reported.frame == frame.tracker_frame ? 0 : 1;
+    const MonotonicTime truth = reported.time;
     if (measurements++ > 0) {
       const std::uint32_t step = (frame.tracker_frame - last_frame_) / 8;
       longest_gap_frames = std::max<std::uint64_t>(longest_gap_frames, step - 1);
@@ -151,7 +150,6 @@ class SessionBench {
       const CoilSample& coil = frame.coils[static_cast<std::size_t>(i)];
       spoilt += coil.status == CoilStatus::kOk ? 0 : 1;
       if (coil.p_em_mm.allFinite()) {
-        const emulator::Measurement& reported = reported_[frame.tracker_frame / 8 % kReported];
         const HandleReading& reading = reported.coils[static_cast<std::size_t>(i)];
         const CoilSample true_coil = circling_coil(i + 1, truth);
         const bool as_reported = reported.frame == frame.tracker_frame && reading.report == Report::kValid &&
@@ -169,8 +167,6 @@ class SessionBench {
   std::uint64_t understood_ = 0;
   std::uint64_t replies_when_struck_ = 0;
   bool resynchronising_ = false;
-  std::uint32_t newest_frame_ = 0;
-  MonotonicTime newest_time_{};
   std::uint32_t last_frame_ = 0;
 };
 
