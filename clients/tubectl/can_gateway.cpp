@@ -26,6 +26,8 @@ constexpr milliseconds kSlice{50};
 constexpr milliseconds kBetweenTries{100};
 /// A measurement that the bus does not take within this is old.
 constexpr milliseconds kPatienceOfBus{20};
+/// Without a measurement for so long the bus is told that there are none.
+constexpr milliseconds kTrackerAway{1000};
 
 volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
 
@@ -33,6 +35,8 @@ struct GatewayOptions {
   std::string serial;
   std::string interface;
   CanLayout layout = CanLayout::kFd;
+  std::int64_t base_id = aurora::CanBase::kDefault;
+  bool extended = false;
   std::string baud = "115200";
   std::vector<std::string> coils = {"1.0", "1.1", "2.0", "2.1", "3.0"};
   double seconds = 0;
@@ -48,12 +52,21 @@ aurora::CoilMap coil_map(const std::vector<std::string>& coils) {
     char rest = 0;
     if (std::sscanf(text.c_str(), "%2d.%1d%c", &port, &channel, &rest) != 2 || port < 1 || channel < 0 ||
         channel > 1 || map.coil_at({port, channel}) || ++sensor > aurora::kMaxCanCoils) {
-      throw std::runtime_error("--coils: '" + text +
-                               "' is no PORT.CHANNEL, as 1.0 or 1.1, is there twice, or is the 17th coil");
+      throw std::invalid_argument("--coils: '" + text +
+                                  "' is no PORT.CHANNEL, as 1.0 or 1.1, is there twice, or is the 17th coil");
     }
     map.place(sensor, {port, channel});
   }
   return map;
+}
+
+aurora::CanBase base_of(const GatewayOptions& options) {
+  const auto base = can_base(options.base_id, options.extended ? aurora::CanIdentifierSize::kExtended
+                                                               : aurora::CanIdentifierSize::kStandard);
+  if (!base) {
+    throw std::invalid_argument("--base-id: " + std::string(aurora::kWhatCanBasesAre) + " (--extended)");
+  }
+  return *base;
 }
 
 /// Says what is wrong once, until something else is.
@@ -80,7 +93,7 @@ class CanGateway {
         bus_(make_can_port(options.interface,
                            options.layout == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic)),
         session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_, {}),
-        packer_(options.layout, map_.coil_count()) {}
+        packer_(options.layout, map_.coil_count(), base_of(options)) {}
 
   void run(MonotonicTime end) {
     while (interrupted == 0 && monotonic_now() < end) {
@@ -89,6 +102,7 @@ class CanGateway {
     if (serial_.is_open()) {
       session_.close();
     }
+    send(packer_.pack_away(aurora::CanTrackerState::kGatewayEnds, monotonic_now()));
     std::fprintf(stderr, "%llu measurements sent, %llu not\n", static_cast<unsigned long long>(sent_),
                  static_cast<unsigned long long>(failed_));
   }
@@ -99,6 +113,7 @@ class CanGateway {
       const int error = serial_.open();
       if (error != 0) {
         trouble_.say(serial_.path() + " " + std::string(describe_open_error(error)));
+        tell_away(aurora::CanTrackerState::kNoPort);
         sleep_until(monotonic_now() + kBetweenTries, MonotonicTime::max());
         return;
       }
@@ -107,37 +122,53 @@ class CanGateway {
     switch (session_.run(monotonic_now() + kSlice, frame_)) {
       case aurora::Session::Event::kMeasurement:
         trouble_.all_is_well();
-        send();
-        break;
+        last_measurement_ = monotonic_now();
+        has_problem_ = false;
+        ++(send(packer_.pack(can_report(session_, frame_), last_measurement_)) ? sent_ : failed_);
+        return;
       case aurora::Session::Event::kProblem:
         trouble_.say(std::string(session_.problem().text()));
+        has_problem_ = true;
         break;
       case aurora::Session::Event::kGone:
         trouble_.say(serial_.path() + " has gone");
         serial_.close();
-        break;
+        return;
       case aurora::Session::Event::kQuiet:
       case aurora::Session::Event::kRefused:
         break;
     }
+    const aurora::CanTrackerState state = can_tracker_state(session_);
+    has_problem_ = has_problem_ && state != aurora::CanTrackerState::kNoTracker;
+    tell_away(has_problem_ ? aurora::CanTrackerState::kNotMeasuring : state);
   }
 
-  void send() {
+  void tell_away(aurora::CanTrackerState state) {
     const MonotonicTime now = monotonic_now();
+    if (now - last_measurement_ >= kTrackerAway) {
+      send(packer_.pack_away(state, now));
+    }
+  }
+
+  /// True when the bus has taken all of them.
+  bool send(std::span<const aurora::CanFrame> frames) {
+    if (frames.empty()) {
+      return true;
+    }
     int error = bus_->open();
-    const MonotonicTime until = now + kPatienceOfBus;
-    for (const aurora::CanFrame& frame : packer_.pack(can_report(session_, frame_), now)) {
+    const MonotonicTime until = monotonic_now() + kPatienceOfBus;
+    for (const aurora::CanFrame& frame : frames) {
       error = error == 0 ? bus_->write(frame, until) : error;
     }
-    ++(error == 0 ? sent_ : failed_);
     if (error == 0) {
       bus_trouble_.all_is_well();
-      return;
+      return true;
     }
     bus_trouble_.say(std::string(bus_->name()) + " " + std::string(bus_->describe(error)));
     if (error != ENOBUFS) {
       bus_->close();
     }
+    return false;
   }
 
   aurora::CoilMap map_;
@@ -146,6 +177,8 @@ class CanGateway {
   aurora::Session session_;
   CanPacker packer_;
   EmFrame frame_;
+  MonotonicTime last_measurement_{};
+  bool has_problem_ = false;  ///< the tracker answers, and the session has told why it does not track
   Complaints trouble_;
   Complaints bus_trouble_;
   std::uint64_t sent_ = 0;
@@ -153,7 +186,7 @@ class CanGateway {
 };
 
 /// Measurements at 40 Hz, each with its STATUS: a little more than is sent.
-void print_bus_load() {
+void print_bus_load(aurora::CanBase base) {
   constexpr double kMeasurementsPerSecond = 40;
   struct Row {
     const char* name;
@@ -168,7 +201,7 @@ void print_bus_load() {
   for (const Row& row : rows) {
     std::printf("| %s |", row.name);
     for (const int coils : {5, 8}) {
-      CanPacker packer(row.layout, coils);
+      CanPacker packer(row.layout, coils, base);
       const double busy_s = bus_seconds(packer.pack({}, {}), row.rates);
       std::printf(" %.1f %% | %.1f ms |", 100 * kMeasurementsPerSecond * busy_s, 1e3 * busy_s);
     }
@@ -176,9 +209,10 @@ void print_bus_load() {
   }
 }
 
+/// Throws std::invalid_argument when what the options say cannot be.
 int run_gateway(const GatewayOptions& options) {
   if (options.print_bus_load) {
-    print_bus_load();
+    print_bus_load(base_of(options));
     return kExitOk;
   }
   if (options.serial.empty() || options.interface.empty()) {
@@ -208,6 +242,11 @@ CLI::App* add_can_gateway(CLI::App& app, int& exit_code) {
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, CanLayout>{{"classic", CanLayout::kClassic}, {"fd", CanLayout::kFd}}))
       ->default_str("fd");
+  verb->add_option("--base-id", options->base_id,
+                   "First of the 128 identifiers that are sent, a multiple of 0x80; the same as "
+                   "aurora-can.base_id of the listener")
+      ->default_str("0x300");
+  verb->add_flag("--extended", options->extended, "Identifiers of 29 bits, as aurora-can.extended_ids");
   verb->add_option("--baud", options->baud, "Rate of the serial line while tracking")
       ->check(CLI::IsMember({"9600", "14400", "19200", "38400", "57600", "115200", "230400", "921600"}))
       ->capture_default_str();
@@ -218,7 +257,14 @@ CLI::App* add_can_gateway(CLI::App& app, int& exit_code) {
   verb->add_option("--seconds", options->seconds, "End after so long; default: at Ctrl-C")
       ->check(CLI::Range(0.0, 1e7));
   verb->add_flag("--bus-load", options->print_bus_load, "Print how busy the bus is, and end");
-  verb->callback([options, &exit_code] { exit_code = run_gateway(*options); });
+  verb->callback([options, &exit_code] {
+    try {
+      exit_code = run_gateway(*options);
+    } catch (const std::invalid_argument& error) {
+      std::cerr << "tubectl can-gateway: " << error.what() << '\n';
+      exit_code = kExitUsage;
+    }
+  });
   return verb;
 }
 

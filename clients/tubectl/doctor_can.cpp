@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "drivers/aurora/coil_map.hpp"
+#include "drivers/aurora_can/aurora_can_driver.hpp"
 #include "drivers/aurora_can/can_local_bus.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
@@ -47,19 +48,66 @@ void add(CanTrouble& all, const CanTrouble& one) {
   all.protocol_violation |= one.protocol_violation;
 }
 
-bool is_of_gateway(const aurora::CanFrame& frame) {
-  constexpr std::uint32_t kGroup = 0x780;  // 300 to 37F
-  return (frame.id & kGroup) == aurora::kCanSyncId;
+/// As candump writes it: 3 digits, or 8 of 29 bits.
+std::string text_of(std::uint32_t id) {
+  const bool is_extended = (id & aurora::kCanExtended) != 0;
+  return format(is_extended ? "%08X" : "%03X", id & ~aurora::kCanExtended);
+}
+
+/// The gateway whose STATUS `frame` is: check sum and protocol are right, and where it stands in its block.
+std::optional<aurora::CanBase> base_by_status(const aurora::CanFrame& frame) {
+  const aurora::CanBase base{frame.id & ~(aurora::CanBase::kBlock - 1)};
+  const auto status = aurora::unpack_status(frame, base);
+  return status && status->coil_count <= aurora::kMaxCanCoils ? std::optional(base) : std::nullopt;
+}
+
+void take_other(const aurora::CanFrame& frame, CanHearing& hearing) {
+  ++hearing.other_frames;
+  auto& ids = hearing.other_ids;
+  const auto place = std::lower_bound(ids.begin(), ids.end(), frame.id);
+  if ((place == ids.end() || *place != frame.id) && ids.size() < CanHearing::kMostOtherIds) {
+    ids.insert(place, frame.id);
+  }
+  if (const auto base = base_by_status(frame)) {
+    hearing.other_base = base;
+  }
 }
 
 void take(const aurora::CanFrame& frame, CanHearing& hearing) {
-  if (!is_of_gateway(frame)) {
-    ++hearing.other_frames;
+  if (!hearing.base.place_of(frame.id)) {
+    take_other(frame, hearing);
     return;
   }
   ++hearing.frames;
-  hearing.fd_frames += frame.id >= aurora::kCanFdCoilId && frame.id < aurora::kCanClassicCoilId ? 1 : 0;
-  hearing.classic_frames += frame.id >= aurora::kCanClassicCoilId ? 1 : 0;
+  hearing.fd_frames += is_fd_coil(frame.id, hearing.base) ? 1 : 0;
+  hearing.classic_frames += is_classic_coil(frame.id, hearing.base) ? 1 : 0;
+}
+
+/// "base_id = 0x680", as it stands in the configuration.
+std::string setting_of(aurora::CanBase base) {
+  return format("base_id = 0x%X", base.number()) + (base.is_extended() ? ", extended_ids = true" : "");
+}
+
+Finding other_identifiers(const std::string& where, const CanHearing& hearing) {
+  if (hearing.other_base) {
+    const aurora::CanBase base = *hearing.other_base;
+    return {Verdict::kWrong,
+            where + ", but one sends from identifier " + text_of(base.id) + " on, listened for is " +
+                text_of(hearing.base.id),
+            "set " + setting_of(base) + " in [aurora-can]" +
+                (base.is_extended() ? "" : ", extended_ids = false") +
+                ", or start the gateway with --base-id" + format(" 0x%X", hearing.base.number()) +
+                (hearing.base.is_extended() ? " --extended" : "")};
+  }
+  std::string heard;
+  for (const std::uint32_t id : hearing.other_ids) {
+    heard += " " + text_of(id);
+  }
+  const bool are_all = hearing.other_ids.size() < CanHearing::kMostOtherIds;
+  return {Verdict::kWrong,
+          where + format(", but %llu frames of others, identifiers", number(hearing.other_frames)) + heard +
+              (are_all ? "" : " ..."),
+          "the bus works: start `tubectl can-gateway`, or look whether the gateway is on another bus"};
 }
 
 Finding errors_of(const CanHearing& hearing) {
@@ -82,8 +130,7 @@ Finding no_gateway(const CanHearing& hearing) {
     return {Verdict::kWrong, where, "one receiver is served at a time: stop tubed, if it is that one"};
   }
   if (hearing.other_frames > 0) {
-    return {Verdict::kWrong, where + format(", but %llu frames of others", number(hearing.other_frames)),
-            "the bus works: start `tubectl can-gateway`, or look whether the gateway is on another bus"};
+    return other_identifiers(where, hearing);
   }
   return {Verdict::kWrong, where + ", nor of anybody else",
           "start `tubectl can-gateway`; if it runs: cable, termination, and the same bit rates at both ends"};
@@ -94,6 +141,11 @@ Finding gateway(const CanHearing& hearing) {
                              : hearing.fd_frames > 0                             ? "CAN FD"
                              : hearing.classic_frames > 0                        ? "classic CAN"
                                                                                  : "no coils";
+  if (hearing.status && !hearing.status->is_measuring()) {
+    return {Verdict::kWrong,
+            "the gateway is there, and " + std::string(aurora::describe(hearing.status->tracker_state())),
+            ""};
+  }
   if (hearing.counts.measurements == 0) {
     const bool bad = hearing.counts.bad_frames > 0;
     return {Verdict::kWrong,
@@ -110,7 +162,7 @@ Finding gateway(const CanHearing& hearing) {
             "whether the tracker is an emulated one is not known then: is the gateway of another version?"};
   }
   const bool two = hearing.fd_frames > 0 && hearing.classic_frames > 0;
-  const bool simulated = (hearing.status->gateway_error & aurora::kCanSimulated) != 0;
+  const bool simulated = hearing.status->is_simulated();
   return {two ? Verdict::kAdvice : Verdict::kGood,
           layout +
               format(", %d coils, ports present %04X, tracker's status %04X", hearing.status->coil_count,
@@ -170,16 +222,17 @@ Finding rate(const CanHearing& hearing) {
               : Finding{
                     Verdict::kAdvice, found + format("; an Aurora makes %.0f", kUsualRateHz),
                     "look at the load of the bus (`tubectl can-gateway --bus-load`), at who else sends with "
-                    "identifiers below 300, and at what the gateway says"};
+                    "lower identifiers, and at what the gateway says"};
 }
 
 }  // namespace
 
-CanHearing listen_to_bus(CanPort& port, int coil_count, std::chrono::nanoseconds time) {
+CanHearing listen_to_bus(CanPort& port, int coil_count, std::chrono::nanoseconds time, aurora::CanBase base) {
   CanHearing hearing;
   hearing.name = port.name();
   hearing.seconds = std::chrono::duration<double>(time).count();
-  aurora::CanCoilAssembler assembler(coil_count);
+  hearing.base = base;
+  aurora::CanCoilAssembler assembler(coil_count, base);
   const auto keep = [&hearing](const std::optional<aurora::CanMeasurement>& measurement) {
     hearing.newest = measurement ? measurement : hearing.newest;
   };
@@ -264,7 +317,8 @@ std::vector<NamedFinding> examine_can_bus(const Configuration& configuration) {
          {Verdict::kWrong, configuration.em_source.device + " " + std::string(port->describe(error)), ""}}};
   }
   const int coil_count = std::max(1, aurora::CoilMap(configuration.room).coil_count());
-  return findings_of(listen_to_bus(*port, coil_count, kListenedFor), sensors_of(configuration.room));
+  const aurora::CanBase base = can_base_of(configuration.em_source.settings);
+  return findings_of(listen_to_bus(*port, coil_count, kListenedFor, base), sensors_of(configuration.room));
 }
 
 }  // namespace tubed

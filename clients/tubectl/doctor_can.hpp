@@ -15,10 +15,14 @@ namespace tubed {
 
 /// What came within a while.
 struct CanHearing {
+  static constexpr std::size_t kMostOtherIds = 8;
   std::string name;  ///< of the interface
   double seconds = 0;
-  std::uint64_t frames = 0;        ///< of a gateway
-  std::uint64_t other_frames = 0;  ///< of somebody else
+  std::uint64_t frames = 0;                   ///< of a gateway
+  std::uint64_t other_frames = 0;             ///< of somebody else
+  aurora::CanBase base;                       ///< the identifiers that were listened for
+  std::vector<std::uint32_t> other_ids;       ///< of somebody else, in order: the first kMostOtherIds of them
+  std::optional<aurora::CanBase> other_base;  ///< a gateway that says so itself, by its STATUS
   std::uint64_t error_frames = 0;
   CanTrouble trouble;  ///< all that error frames said
   std::uint64_t classic_frames = 0;
@@ -29,8 +33,10 @@ struct CanHearing {
   std::string gone;  ///< why listening ended early; empty mostly
 };
 
-/// Listens at `port`, which is open, for `time`; for the coils of sensors 1 to `coil_count`.
-CanHearing listen_to_bus(CanPort& port, int coil_count, std::chrono::nanoseconds time);
+/// Listens at `port`, which is open, for `time`; for the coils of sensors 1 to `coil_count` of the
+/// gateway at `base`.
+CanHearing listen_to_bus(CanPort& port, int coil_count, std::chrono::nanoseconds time,
+                         aurora::CanBase base = {});
 
 /// What to say about it. `sensors`: those of the configuration, 1, 2, ...
 std::vector<NamedFinding> findings_of(const CanHearing& hearing, const std::vector<int>& sensors);

@@ -8,28 +8,23 @@ namespace {
 
 constexpr std::uint8_t kAllParts = (1U << kClassicParts) - 1;
 
-bool is_fd_coil(std::uint32_t id) noexcept { return id >= kCanFdCoilId && id < kCanFdCoilId + kMaxCanCoils; }
-bool is_classic_coil(std::uint32_t id) noexcept {
-  return id >= kCanClassicCoilId && id < kCanClassicCoilId + 4 * kMaxCanCoils;
-}
-
 }  // namespace
 
-CanCoilAssembler::CanCoilAssembler(int coil_count) noexcept
-    : coil_count_(std::clamp(coil_count, 1, kMaxCanCoils)) {}
+CanCoilAssembler::CanCoilAssembler(int coil_count, CanBase base) noexcept
+    : base_(base), coil_count_(std::clamp(coil_count, 1, kMaxCanCoils)) {}
 
 std::optional<CanMeasurement> CanCoilAssembler::accept(const CanFrame& frame,
                                                        MonotonicTime received) noexcept {
-  if (frame.id == kCanSyncId) {
+  if (frame.id == base_.sync()) {
     return accept_sync(frame, received);
   }
-  if (is_fd_coil(frame.id)) {
+  if (is_fd_coil(frame.id, base_)) {
     return accept_fd(frame, received);
   }
-  if (is_classic_coil(frame.id)) {
+  if (is_classic_coil(frame.id, base_)) {
     return accept_classic(frame, received);
   }
-  if (frame.id == kCanStatusId) {
+  if (frame.id == base_.status()) {
     accept_status(frame);
   } else {
     ++counts_.foreign;
@@ -43,7 +38,7 @@ std::optional<CanMeasurement> CanCoilAssembler::expire(MonotonicTime now) noexce
 
 std::optional<CanMeasurement> CanCoilAssembler::accept_sync(const CanFrame& frame,
                                                             MonotonicTime received) noexcept {
-  const auto sync = unpack_sync(frame);
+  const auto sync = unpack_sync(frame, base_);
   if (!sync) {
     ++counts_.bad_frames;
     return std::nullopt;
@@ -72,7 +67,7 @@ std::optional<CanMeasurement> CanCoilAssembler::accept_sync(const CanFrame& fram
 
 std::optional<CanMeasurement> CanCoilAssembler::accept_fd(const CanFrame& frame,
                                                           MonotonicTime received) noexcept {
-  const auto fd = unpack_fd_coil(frame);
+  const auto fd = unpack_fd_coil(frame, base_);
   if (!fd) {
     ++counts_.bad_frames;
     return std::nullopt;
@@ -85,7 +80,7 @@ std::optional<CanMeasurement> CanCoilAssembler::accept_fd(const CanFrame& frame,
 
 std::optional<CanMeasurement> CanCoilAssembler::accept_classic(const CanFrame& frame,
                                                                MonotonicTime received) noexcept {
-  const auto part = unpack_classic_part(frame);
+  const auto part = unpack_classic_part(frame, base_);
   if (!part) {
     ++counts_.bad_frames;
     return std::nullopt;
@@ -114,8 +109,9 @@ std::optional<CanMeasurement> CanCoilAssembler::accept_classic(const CanFrame& f
 }
 
 void CanCoilAssembler::accept_status(const CanFrame& frame) noexcept {
-  if (const auto status = unpack_status(frame)) {
+  if (const auto status = unpack_status(frame, base_)) {
     status_ = status;
+    ++counts_.statuses;
   } else {
     ++counts_.bad_frames;
   }

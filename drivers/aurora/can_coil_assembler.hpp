@@ -36,20 +36,22 @@ class CanCoilAssembler {
   /// What came and what was not used, since the beginning.
   struct Counts {
     std::uint64_t measurements = 0;
-    std::uint64_t missed = 0;            ///< measurements whose SYNC never came, by the frame numbers
-    std::uint64_t empty = 0;             ///< SYNCs that no whole coil followed
-    std::uint64_t lost_coils = 0;        ///< coils missing in measurements that left or were empty
-    std::uint64_t partial_coils = 0;     ///< of these, those of which one or two classic parts came
-    std::uint64_t bad_frames = 0;        ///< check sum, size or content is wrong
-    std::uint64_t unmatched = 0;         ///< coil frames that belong to no open measurement, or come too late
-    std::uint64_t duplicates = 0;        ///< coil frames that had come already, and repeated SYNCs
-    std::uint64_t old_syncs = 0;         ///< SYNCs of measurements before the last
-    std::uint64_t foreign = 0;           ///< identifiers that are none of ours
+    std::uint64_t missed = 0;         ///< measurements whose SYNC never came, by the frame numbers
+    std::uint64_t empty = 0;          ///< SYNCs that no whole coil followed
+    std::uint64_t lost_coils = 0;     ///< coils missing in measurements that left or were empty
+    std::uint64_t partial_coils = 0;  ///< of these, those of which one or two classic parts came
+    std::uint64_t bad_frames = 0;     ///< check sum, size or content is wrong
+    std::uint64_t unmatched = 0;      ///< coil frames that belong to no open measurement, or come too late
+    std::uint64_t duplicates = 0;     ///< coil frames that had come already, and repeated SYNCs
+    std::uint64_t old_syncs = 0;      ///< SYNCs of measurements before the last
+    std::uint64_t foreign = 0;        ///< identifiers that are none of ours
+    std::uint64_t statuses = 0;
     std::uint64_t unexpected_coils = 0;  ///< coils beyond those that were asked for
   };
 
-  /// `coil_count` coils are expected, 1 to kMaxCanCoils; others are clamped to that.
-  explicit CanCoilAssembler(int coil_count) noexcept;
+  /// `coil_count` coils are expected, 1 to kMaxCanCoils; others are clamped to that. Frames of
+  /// another base are foreign.
+  explicit CanCoilAssembler(int coil_count, CanBase base = {}) noexcept;
 
   /// Takes in one frame that the host got at `received`. Gives the measurement that this completes or ends.
   [[nodiscard]] std::optional<CanMeasurement> accept(const CanFrame& frame, MonotonicTime received) noexcept;
@@ -76,6 +78,7 @@ class CanCoilAssembler {
   std::optional<CanMeasurement> put(const CanCoil& coil, MonotonicTime received) noexcept;
   std::optional<CanMeasurement> finish() noexcept;
 
+  CanBase base_;
   int coil_count_;
   bool open_ = false;
   int whole_ = 0;

@@ -106,28 +106,38 @@ Bytes CanFrame::payload() const noexcept {
   return Bytes(bytes).first(std::min<std::size_t>(size, bytes.size()));
 }
 
+bool is_fd_coil(std::uint32_t id, CanBase base) noexcept {
+  const auto place = base.place_of(id);
+  return place && *place >= CanBase::kFdCoilAt && *place < CanBase::kFdCoilAt + kMaxCanCoils;
+}
+
+bool is_classic_coil(std::uint32_t id, CanBase base) noexcept {
+  const auto place = base.place_of(id);
+  return place && *place >= CanBase::kClassicCoilAt;
+}
+
 std::uint8_t can_sequence(std::uint32_t frame) noexcept {
   return static_cast<std::uint8_t>(frame / kCountsPerMeasurement);
 }
 
-CanFrame pack_sync(const CanSync& sync) noexcept {
-  CanFrame frame{kCanSyncId, kClassicSize, {}};
+CanFrame pack_sync(const CanSync& sync, CanBase base) noexcept {
+  CanFrame frame{base.sync(), kClassicSize, {}};
   ByteWriter writer(frame.bytes);
   writer.u32(sync.frame);
   writer.u32(sync.time_us);
   return frame;
 }
 
-CanFrame pack_follow_up(const CanFollowUp& follow_up) noexcept {
-  CanFrame frame{kCanFollowUpId, kClassicSize, {}};
+CanFrame pack_follow_up(const CanFollowUp& follow_up, CanBase base) noexcept {
+  CanFrame frame{base.follow_up(), kClassicSize, {}};
   ByteWriter writer(frame.bytes);
   writer.u32(follow_up.sent_us);
   writer.u8(follow_up.sequence);
   return seal_classic(frame);
 }
 
-CanFrame pack_status(const CanStatus& status) noexcept {
-  CanFrame frame{kCanStatusId, kClassicSize, {}};
+CanFrame pack_status(const CanStatus& status, CanBase base) noexcept {
+  CanFrame frame{base.status(), kClassicSize, {}};
   ByteWriter writer(frame.bytes);
   writer.u8(status.protocol);
   writer.u8(static_cast<std::uint8_t>(status.coil_count));
@@ -138,8 +148,8 @@ CanFrame pack_status(const CanStatus& status) noexcept {
 }
 
 CanFrame pack_fd_coil(int coil, const HandleReading& reading, const CanSync& measurement,
-                      SystemStatus system_status, std::uint32_t tool_serial_number) noexcept {
-  CanFrame frame{kCanFdCoilId + static_cast<std::uint32_t>(coil), kFdSize, {}};
+                      SystemStatus system_status, std::uint32_t tool_serial_number, CanBase base) noexcept {
+  CanFrame frame{base.fd_coil(coil), kFdSize, {}};
   const CanCoilState state = state_of(reading, kMax32);
   const HandleReading pose = sent_pose(reading, state);
   ByteWriter writer(frame.bytes);
@@ -165,12 +175,12 @@ CanFrame pack_fd_coil(int coil, const HandleReading& reading, const CanSync& mea
 }
 
 std::array<CanFrame, kClassicParts> pack_classic_coil(int coil, const HandleReading& reading,
-                                                      const CanSync& measurement) noexcept {
+                                                      const CanSync& measurement, CanBase base) noexcept {
   const CanCoilState state = state_of(reading, kMax24);
   const HandleReading pose = sent_pose(reading, state);
   const auto binding = static_cast<std::uint8_t>(static_cast<unsigned>(state) << 4 |
                                                  (can_sequence(measurement.frame) & 0x0FU));
-  const std::uint32_t id = kCanClassicCoilId + 4 * static_cast<std::uint32_t>(coil);
+  const std::uint32_t id = base.classic_part(coil, 0);
   std::array<CanFrame, kClassicParts> frames{
       {{id, kClassicSize, {}}, {id + 1, kClassicSize, {}}, {id + 2, kClassicSize, {}}}};
   const auto position = [&pose](int axis) { return fixed(pose.p_em_mm[axis], kMicrometres, kMax24); };
@@ -199,8 +209,8 @@ std::array<CanFrame, kClassicParts> pack_classic_coil(int coil, const HandleRead
   return frames;
 }
 
-std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept {
-  if (frame.id != kCanSyncId || frame.size != kClassicSize) {
+std::optional<CanSync> unpack_sync(const CanFrame& frame, CanBase base) noexcept {
+  if (frame.id != base.sync() || frame.size != kClassicSize) {
     return std::nullopt;
   }
   ByteReader bytes(frame.payload());
@@ -210,8 +220,8 @@ std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept {
   return sync;
 }
 
-std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame) noexcept {
-  if (frame.id != kCanFollowUpId || !sealed_classic(frame)) {
+std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame, CanBase base) noexcept {
+  if (frame.id != base.follow_up() || !sealed_classic(frame)) {
     return std::nullopt;
   }
   ByteReader bytes(frame.payload());
@@ -221,8 +231,8 @@ std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame) noexcept {
   return follow_up;
 }
 
-std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept {
-  if (frame.id != kCanStatusId || !sealed_classic(frame)) {
+std::optional<CanStatus> unpack_status(const CanFrame& frame, CanBase base) noexcept {
+  if (frame.id != base.status() || !sealed_classic(frame)) {
     return std::nullopt;
   }
   ByteReader bytes(frame.payload());
@@ -235,8 +245,8 @@ std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept {
   return status.protocol == kCanProtocol ? std::optional(status) : std::nullopt;
 }
 
-std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept {
-  if (frame.id < kCanFdCoilId || frame.id >= kCanFdCoilId + kMaxCanCoils || frame.size != kFdSize) {
+std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame, CanBase base) noexcept {
+  if (!is_fd_coil(frame.id, base) || frame.size != kFdSize) {
     return std::nullopt;
   }
   const Bytes payload = frame.payload();
@@ -248,8 +258,7 @@ std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept {
   CanFdCoil fd;
   fd.coil.coil = bytes.u8();
   const std::uint8_t state = bytes.u8();
-  if (protocol != kCanProtocol || kCanFdCoilId + static_cast<std::uint32_t>(fd.coil.coil) != frame.id ||
-      !known(state)) {
+  if (protocol != kCanProtocol || base.fd_coil(fd.coil.coil) != frame.id || !known(state)) {
     return std::nullopt;
   }
   fd.coil.state = static_cast<CanCoilState>(state);
@@ -278,12 +287,11 @@ std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept {
   return fd;
 }
 
-std::optional<CanClassicPart> unpack_classic_part(const CanFrame& frame) noexcept {
-  if (frame.id < kCanClassicCoilId || frame.id >= kCanClassicCoilId + 4 * kMaxCanCoils ||
-      !sealed_classic(frame)) {
+std::optional<CanClassicPart> unpack_classic_part(const CanFrame& frame, CanBase base) noexcept {
+  if (!is_classic_coil(frame.id, base) || !sealed_classic(frame)) {
     return std::nullopt;
   }
-  const std::uint32_t offset = frame.id - kCanClassicCoilId;
+  const std::uint32_t offset = frame.id - base.classic_part(0, 0);
   const std::uint8_t binding = frame.bytes[6];
   const auto state = static_cast<std::uint8_t>(binding >> 4);
   if (offset % 4 >= kClassicParts || !known(state)) {

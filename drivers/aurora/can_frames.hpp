@@ -10,21 +10,21 @@
 #include <span>
 
 #include "drivers/aurora/bytes.hpp"
+#include "drivers/aurora/can_identifiers.hpp"
+#include "drivers/aurora/can_status.hpp"
 #include "drivers/aurora/tracking_reply.hpp"
 #include "drivers/interface/em_source.hpp"
 
 namespace tubed::aurora {
 
-inline constexpr std::uint32_t kCanSyncId = 0x300;
-inline constexpr std::uint32_t kCanStatusId = 0x301;
-inline constexpr std::uint32_t kCanFollowUpId = 0x302;
-inline constexpr std::uint32_t kCanFdCoilId = 0x320;       ///< + coil
-inline constexpr std::uint32_t kCanClassicCoilId = 0x340;  ///< + 4 coil + part
-inline constexpr std::uint8_t kCanProtocol = 0x10;
+inline constexpr std::uint8_t kCanProtocol = CanStatus::kProtocol;
+/// Bit of CanStatus::gateway_error: the tracker is an emulated one.
+inline constexpr std::uint8_t kCanSimulated = CanStatus::kSimulated;
 inline constexpr int kMaxCanCoils = kMaxTrackerCoils;
 inline constexpr int kClassicParts = 3;
+static_assert(CanBase::kClassicCoilAt + 4 * kMaxCanCoils == CanBase::kBlock);
 
-/// What is on the bus: an 11-bit identifier and up to 64 bytes.
+/// What is on the bus: an identifier, with kCanExtended when it has 29 bits, and up to 64 bytes.
 struct CanFrame {
   std::uint32_t id = 0;
   std::uint8_t size = 0;
@@ -45,18 +45,6 @@ struct CanSync {
 struct CanFollowUp {
   std::uint8_t sequence = 0;  ///< of the SYNC
   std::uint32_t sent_us = 0;  ///< the gateway's clock, as CanSync::time_us
-};
-
-/// Bit of CanStatus::gateway_error: the tracker is an emulated one.
-inline constexpr std::uint8_t kCanSimulated = 0x80;
-
-/// State of tracker and gateway, at least once a second and when it changes.
-struct CanStatus {
-  std::uint8_t protocol = kCanProtocol;
-  int coil_count = 0;
-  SystemStatus system_status;
-  std::uint16_t ports_present = 0;  ///< bit p - 1: something is plugged in at port p
-  std::uint8_t gateway_error = 0;
 };
 
 enum class CanCoilState : std::uint8_t { kDisabled = 0, kValid = 1, kMissing = 2 };
@@ -90,27 +78,35 @@ struct CanClassicPart {
   std::array<std::uint8_t, 6> bytes{};
 };
 
+/// Whether a frame of that identifier is one of a coil, by its place in the block.
+[[nodiscard]] bool is_fd_coil(std::uint32_t id, CanBase base = {}) noexcept;
+[[nodiscard]] bool is_classic_coil(std::uint32_t id, CanBase base = {}) noexcept;
+
 /// Number that binds a coil's frames to their SYNC: the measurement's, counted in steps of the frame number.
 /// Classic frames have its lower 4 bits.
 [[nodiscard]] std::uint8_t can_sequence(std::uint32_t frame) noexcept;
 
-[[nodiscard]] CanFrame pack_sync(const CanSync& sync) noexcept;
-[[nodiscard]] CanFrame pack_follow_up(const CanFollowUp& follow_up) noexcept;
-[[nodiscard]] CanFrame pack_status(const CanStatus& status) noexcept;
+[[nodiscard]] CanFrame pack_sync(const CanSync& sync, CanBase base = {}) noexcept;
+[[nodiscard]] CanFrame pack_follow_up(const CanFollowUp& follow_up, CanBase base = {}) noexcept;
+[[nodiscard]] CanFrame pack_status(const CanStatus& status, CanBase base = {}) noexcept;
 /// `coil` in 0 .. kMaxCanCoils - 1. A pose that the fixed point cannot hold (over 2147 m, for classic
 /// over 8.388 m) is sent as missing.
 [[nodiscard]] CanFrame pack_fd_coil(int coil, const HandleReading& reading, const CanSync& measurement,
-                                    SystemStatus system_status, std::uint32_t tool_serial_number) noexcept;
+                                    SystemStatus system_status, std::uint32_t tool_serial_number,
+                                    CanBase base = {}) noexcept;
 [[nodiscard]] std::array<CanFrame, kClassicParts> pack_classic_coil(int coil, const HandleReading& reading,
-                                                                    const CanSync& measurement) noexcept;
+                                                                    const CanSync& measurement,
+                                                                    CanBase base = {}) noexcept;
 
-/// Each gives nothing when identifier, size, check sum, protocol or state is not what such a frame has, or
-/// an axis is not of unit length (within 0.2 %). SYNC has no check sum but the bus's own.
-[[nodiscard]] std::optional<CanSync> unpack_sync(const CanFrame& frame) noexcept;
-[[nodiscard]] std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame) noexcept;
-[[nodiscard]] std::optional<CanStatus> unpack_status(const CanFrame& frame) noexcept;
-[[nodiscard]] std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame) noexcept;
-[[nodiscard]] std::optional<CanClassicPart> unpack_classic_part(const CanFrame& frame) noexcept;
+/// Each gives nothing when identifier (another base's too), size, check sum, protocol or state is not what
+/// such a frame has, or an axis is not of unit length (within 0.2 %). SYNC has no check sum but the bus's
+/// own.
+[[nodiscard]] std::optional<CanSync> unpack_sync(const CanFrame& frame, CanBase base = {}) noexcept;
+[[nodiscard]] std::optional<CanFollowUp> unpack_follow_up(const CanFrame& frame, CanBase base = {}) noexcept;
+[[nodiscard]] std::optional<CanStatus> unpack_status(const CanFrame& frame, CanBase base = {}) noexcept;
+[[nodiscard]] std::optional<CanFdCoil> unpack_fd_coil(const CanFrame& frame, CanBase base = {}) noexcept;
+[[nodiscard]] std::optional<CanClassicPart> unpack_classic_part(const CanFrame& frame,
+                                                                CanBase base = {}) noexcept;
 /// Parts 0, 1, 2 of one coil; nothing when they are not, or differ in sequence or state.
 [[nodiscard]] std::optional<CanCoil> join_classic_parts(
     const std::array<CanClassicPart, kClassicParts>& parts) noexcept;

@@ -1,5 +1,7 @@
 #include "drivers/aurora/checksums.hpp"
 
+#include "drivers/aurora/can_identifiers.hpp"
+
 namespace tubed::aurora {
 
 namespace {
@@ -34,9 +36,18 @@ constexpr auto kCrc16 = reflected_table<std::uint16_t>(0xA001);
 constexpr auto kCrc32 = reflected_table<std::uint32_t>(0xEDB88320);
 constexpr auto kCrc8 = crc8_table();
 
-std::array<std::uint8_t, 2> id_bytes(std::uint32_t can_id) noexcept {
-  return {static_cast<std::uint8_t>(can_id), static_cast<std::uint8_t>(can_id >> 8)};
-}
+/// An identifier as check sums run over it: 2 bytes of one with 11 bits, 4 of one with 29, low byte first.
+class IdBytes {
+ public:
+  explicit IdBytes(std::uint32_t can_id) noexcept : size_((can_id & kCanExtended) != 0 ? 4 : 2) {
+    ByteWriter(bytes_).u32(can_id & ~kCanExtended);
+  }
+  [[nodiscard]] Bytes bytes() const noexcept { return Bytes(bytes_).first(size_); }
+
+ private:
+  std::array<std::uint8_t, 4> bytes_{};
+  std::size_t size_;
+};
 
 std::uint8_t crc8_over(Bytes bytes, std::uint8_t value) noexcept {
   for (const std::uint8_t byte : bytes) {
@@ -67,11 +78,11 @@ std::uint16_t crc16(std::string_view text, std::uint16_t start) noexcept {
 }
 
 std::uint8_t can_crc8(std::uint32_t can_id, Bytes bytes) noexcept {
-  return static_cast<std::uint8_t>(~crc8_over(bytes, crc8_over(id_bytes(can_id), 0xFF)));
+  return static_cast<std::uint8_t>(~crc8_over(bytes, crc8_over(IdBytes(can_id).bytes(), 0xFF)));
 }
 
 std::uint32_t can_crc32(std::uint32_t can_id, Bytes bytes) noexcept {
-  return ~crc32_over(bytes, crc32_over(id_bytes(can_id), 0xFFFFFFFFU));
+  return ~crc32_over(bytes, crc32_over(IdBytes(can_id).bytes(), 0xFFFFFFFFU));
 }
 
 }  // namespace tubed::aurora

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/aurora/can_identifiers.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"
@@ -13,6 +14,10 @@ namespace tubed {
 
 /// The keys of the table [aurora-can].
 std::vector<SettingDescription> aurora_can_settings();
+
+/// The gateway's identifiers, by base_id and extended_ids. Throws std::invalid_argument with words when there
+/// are no such.
+aurora::CanBase can_base_of(const DriverSettings& settings);
 
 /// The gateway's tracker at `device`, an interface as can0, or the path of a gateway's socket: sensor i of
 /// `room` is coil i - 1 of the gateway.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "drivers/aurora/coil_map.hpp"
+#include "drivers/aurora_can/aurora_can_driver.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
 namespace tubed {
@@ -17,6 +18,8 @@ constexpr milliseconds kSilence{1000};
 /// A gateway says at least once a second whether its tracker is an emulated one. One that does not say
 /// anything for so long has no STATUS.
 constexpr milliseconds kPatienceForStatus{1500};
+/// A gateway that says nothing for so long is not there: it sends STATUS once a second.
+constexpr milliseconds kStatusLasts{2500};
 constexpr milliseconds kFollowUpsLast{4000};
 constexpr int kMostFramesAtOnce = 64;
 /// What was lost is talked of for so long.
@@ -32,8 +35,9 @@ AuroraCanSource::AuroraCanSource(const RoomDescription& room, const DriverSettin
                                  std::unique_ptr<CanPort> port)
     : port_(std::move(port)),
       latency_(from_ms(settings.get<double>("latency_ms"))),
+      base_(can_base_of(settings)),
       coil_count_(std::clamp(aurora::CoilMap(room).coil_count(), 1, kMaxTrackerCoils)),
-      assembler_(coil_count_) {
+      assembler_(coil_count_, base_) {
   for (const InstrumentDescription& instrument : room.instruments) {
     for (const CoilPlacement& coil : instrument.coils) {
       if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
@@ -133,25 +137,29 @@ ReadOutcome AuroraCanSource::read(EmFrame& frame, MonotonicTime deadline) noexce
 }
 
 ReadOutcome AuroraCanSource::take_frame(const CanArrival& arrival, EmFrame& frame) noexcept {
-  if (arrival.frame.id == aurora::kCanFollowUpId) {
+  if (arrival.frame.id == base_.follow_up()) {
     return take_follow_up(arrival);
   }
-  if (const auto sync = aurora::unpack_sync(arrival.frame)) {
+  if (const auto sync = aurora::unpack_sync(arrival.frame, base_)) {
     sync_sequence_ = aurora::can_sequence(sync->frame);
     sync_received_ = arrival.received;
     assembling_ = true;
   }
   const std::uint64_t bad_before = assembler_.counts().bad_frames;
+  const std::uint64_t statuses_before = assembler_.counts().statuses;
   if (const auto measurement = assembler_.accept(arrival.frame, arrival.received)) {
-    assembling_ = arrival.frame.id == aurora::kCanSyncId;  // which ended the one before
+    assembling_ = arrival.frame.id == base_.sync();  // which ended the one before
     return hand_on(*measurement, arrival.received, frame);
+  }
+  if (assembler_.counts().statuses != statuses_before) {
+    status_received_ = arrival.received;
   }
   return assembler_.counts().bad_frames != bad_before ? ReadOutcome::kRefused : ReadOutcome::kTimeout;
 }
 
 // The stamp of the SYNC counts: this frame comes behind it.
 ReadOutcome AuroraCanSource::take_follow_up(const CanArrival& arrival) noexcept {
-  const auto follow_up = aurora::unpack_follow_up(arrival.frame);
+  const auto follow_up = aurora::unpack_follow_up(arrival.frame, base_);
   if (!follow_up) {
     return ReadOutcome::kRefused;
   }
@@ -177,10 +185,11 @@ MonotonicTime AuroraCanSource::measured(const aurora::CanMeasurement& measuremen
   return std::max(time, last_measured_ + std::chrono::microseconds(1));
 }
 
-// A gateway sends STATUS behind its first SYNC; who joins later waits for the next one, because nothing else
-// says that a tracker is an emulated one.
+// A gateway sends STATUS behind its first SYNC, also the first after its tracker was away; who joins later or
+// has lost it waits for the next one, because nothing else says that a tracker is an emulated one.
 bool AuroraCanSource::origin_known(MonotonicTime now) noexcept {
-  if (assembler_.status()) {
+  if (assembler_.status() && assembler_.status()->is_measuring()) {
+    heard_since_ = {};
     return true;
   }
   if (heard_since_ == MonotonicTime{}) {
@@ -192,7 +201,7 @@ bool AuroraCanSource::origin_known(MonotonicTime now) noexcept {
 ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now,
                                      EmFrame& frame) noexcept {
   const auto& status = assembler_.status();
-  const bool simulated = status && (status->gateway_error & aurora::kCanSimulated) != 0;
+  const bool simulated = status && status->is_simulated();
   EmFrame made;
   made.measured = measured(measurement);
   made.received = measurement.last_received;
@@ -210,7 +219,7 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   if (!origin_known(now)) {
     return ReadOutcome::kTimeout;
   }
-  if (status && status->coil_count < coil_count_ && !coils_told_) {
+  if (status && status->is_measuring() && status->coil_count < coil_count_ && !coils_told_) {
     coils_told_ = true;
     aurora::Problem problem(port_->name());
     problem << ": the gateway sends " << status->coil_count << " coils, the configuration has sensors up to "
@@ -297,6 +306,11 @@ aurora::Problem AuroraCanSource::bus_off() const noexcept {
   return problem << " " << describe(off);
 }
 
+bool AuroraCanSource::tracker_is_away(MonotonicTime now) const noexcept {
+  const auto& status = assembler_.status();
+  return status && !status->is_measuring() && now - status_received_ < kStatusLasts;
+}
+
 ReadOutcome AuroraCanSource::silent() noexcept {
   const auto& now = assembler_.counts();
   const auto& before = counts_when_silent_;
@@ -305,7 +319,9 @@ ReadOutcome AuroraCanSource::silent() noexcept {
     return tell(bus_off());  // which is why nothing comes
   }
   aurora::Problem problem(port_->name());
-  if (troubled_) {
+  if (tracker_is_away(silent_since_)) {
+    problem << ": the gateway " << describe(assembler_.status()->tracker_state());
+  } else if (troubled_) {
     problem << " " << describe(last_trouble_);
   } else if (now.bad_frames > before.bad_frames) {
     problem << ": the check sums or sizes of all frames are wrong: is the gateway of another version?";
@@ -316,7 +332,7 @@ ReadOutcome AuroraCanSource::silent() noexcept {
   } else {
     problem
         << " carries no measurements: is `tubectl can-gateway` running, and the tracker on? Have both ends "
-           "the same bit rates?";
+           "the same bit rates and base_id?";
   }
   counts_when_silent_ = now;
   troubled_ = false;

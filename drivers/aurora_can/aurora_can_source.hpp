@@ -59,6 +59,7 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   ReadOutcome hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now, EmFrame& frame) noexcept;
   ReadOutcome silent() noexcept;
   [[nodiscard]] aurora::Problem bus_off() const noexcept;
+  [[nodiscard]] bool tracker_is_away(MonotonicTime now) const noexcept;
   void look_at_losses(MonotonicTime now) noexcept;
   [[nodiscard]] bool origin_known(MonotonicTime now) noexcept;
   [[nodiscard]] MonotonicTime measured(const aurora::CanMeasurement& measurement) noexcept;
@@ -75,6 +76,7 @@ class AuroraCanSource final : public EmSource, public HasRemark {
 
   std::unique_ptr<CanPort> port_;
   std::chrono::nanoseconds latency_;
+  aurora::CanBase base_;
   int coil_count_;
   std::array<bool, kMaxTrackerCoils> used_{};  ///< by an instrument of the configuration
   aurora::CanCoilAssembler assembler_;
@@ -87,7 +89,8 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   bool assembling_ = false;          ///< it has not led to a measurement yet
   MonotonicTime follow_up_until_{};  ///< the gateway is one that sends follow-ups
   MonotonicTime last_measured_{};    ///< of the last frame that was handed on
-  MonotonicTime heard_since_{};      ///< the first measurement, without a STATUS
+  MonotonicTime heard_since_{};      ///< the first measurement without a STATUS that says it is one
+  MonotonicTime status_received_{};  ///< of the last STATUS
   MonotonicTime silent_since_{};     ///< nothing usable since then
   CanTrouble last_trouble_;          ///< reported by the controller since then
   bool troubled_ = false;

@@ -14,8 +14,9 @@ struct CanRates {
   double data_bits_per_second = 2'000'000;
 };
 
-/// Bits of one frame with an 11-bit identifier, as many stuff bits as there can be, and the pause behind it
-/// (ISO 11898-1:2015). A classic frame of 8 bytes has 135.
+/// Bits of one frame, as many stuff bits as there can be, and the pause behind it
+/// (ISO 11898-1:2015). A classic frame of 8 bytes with an identifier of 11 bits
+/// has 135.
 struct CanFrameBits {
   int nominal = 0;
   int data = 0;  ///< sent at the data rate: of FD frames only
@@ -24,7 +25,8 @@ struct CanFrameBits {
 };
 
 /// `size` in bytes: up to 8 is a classic frame, more is FD with bit rate switch (of a length that FD has).
-[[nodiscard]] CanFrameBits most_frame_bits(int size) noexcept;
+[[nodiscard]] CanFrameBits most_frame_bits(
+    int size, aurora::CanIdentifierSize identifier = aurora::CanIdentifierSize::kStandard) noexcept;
 
 /// Time that `frames` keep the bus busy, at the most, s.
 [[nodiscard]] double bus_seconds(std::span<const aurora::CanFrame> frames, const CanRates& rates) noexcept;

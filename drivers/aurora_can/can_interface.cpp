@@ -14,8 +14,11 @@ namespace tubed {
 
 namespace {
 
-/// 0x300 to 0x37F, data frames with identifiers of 11 bits: all that a gateway sends.
-constexpr can_filter kOfGateways{aurora::kCanSyncId, 0x780U | CAN_EFF_FLAG | CAN_RTR_FLAG};
+/// Data frames of one block, with identifiers of its size: all that a gateway sends.
+can_filter filter_of(aurora::CanBase base) noexcept {
+  constexpr canid_t kBlockMask = CAN_EFF_MASK & ~(aurora::CanBase::kBlock - 1);
+  return {base.id, kBlockMask | CAN_EFF_FLAG | CAN_RTR_FLAG};
+}
 
 template <typename Value>
 bool set(int descriptor, int level, int option, const Value& value) noexcept {
@@ -63,7 +66,8 @@ int CanInterface::configure(int descriptor) const noexcept {
   constexpr can_err_mask_t kAllErrors = CAN_ERR_MASK;
   bool good = set(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn);
   if (use_ == CanUse::kReceive || use_ == CanUse::kListen) {
-    good = good && (use_ == CanUse::kListen || set(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, kOfGateways)) &&
+    good = good &&
+           (use_ == CanUse::kListen || set(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, filter_of(base_))) &&
            set(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, kAllErrors);
     // Without these times are a little later, losses are seen in the frame numbers only.
     set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn);

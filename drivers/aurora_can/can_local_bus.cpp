@@ -164,9 +164,10 @@ std::string_view LocalBusSender::describe(int error) const noexcept {
   }
 }
 
-std::unique_ptr<CanPort> make_can_port(const std::string& device, CanUse use, int receive_buffer) {
+std::unique_ptr<CanPort> make_can_port(const std::string& device, CanUse use, int receive_buffer,
+                                       aurora::CanBase base) {
   if (device.find('/') == std::string::npos) {
-    return std::make_unique<CanInterface>(device, use, receive_buffer);
+    return std::make_unique<CanInterface>(device, use, receive_buffer, base);
   }
   if (use == CanUse::kReceive || use == CanUse::kListen) {
     return std::make_unique<LocalBusReceiver>(device);

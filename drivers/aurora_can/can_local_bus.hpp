@@ -47,7 +47,8 @@ class LocalBusSender final : public CanPort {
 };
 
 /// `device` is the name of an interface, or the path of a socket when there is a slash in it.
+/// `base`: of the gateway to receive from; a socket carries whatever its gateway sends.
 [[nodiscard]] std::unique_ptr<CanPort> make_can_port(const std::string& device, CanUse use,
-                                                     int receive_buffer = 0);
+                                                     int receive_buffer = 0, aurora::CanBase base = {});
 
 }  // namespace tubed

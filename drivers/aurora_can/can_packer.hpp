@@ -32,29 +32,41 @@ struct CanReport {
 /// Gateway's clock of an instant, as it stands in frames: microseconds, wrapped.
 [[nodiscard]] std::uint32_t can_time_us(MonotonicTime time) noexcept;
 
+/// Why `session`, whose serial port is open, has given no measurement for a while.
+[[nodiscard]] aurora::CanTrackerState can_tracker_state(const aurora::Session& session) noexcept;
+
 /// One thread; never allocates.
 class CanPacker {
  public:
   /// STATUS is sent with every so manyth measurement, four times a second; who joins waits for it.
   static constexpr int kStatusEvery = 10;
+  /// Without measurements STATUS is sent alone, so often.
+  static constexpr std::chrono::seconds kStatusPeriod{1};
   static constexpr std::size_t kMostFrames = 3 + aurora::kClassicParts * aurora::kMaxCanCoils;
 
   /// `coil_count` coils are sent, 1 to kMaxCanCoils; others are clamped to that.
-  CanPacker(CanLayout layout, int coil_count) noexcept;
+  CanPacker(CanLayout layout, int coil_count, aurora::CanBase base = {}) noexcept;
 
   /// SYNC, FOLLOW-UP, STATUS when it is due or has changed, and all coils, in the order in which they have to
   /// be sent, at once: SYNC at `now`. Valid until the next call.
   [[nodiscard]] std::span<const aurora::CanFrame> pack(const CanReport& report, MonotonicTime now) noexcept;
+
+  /// STATUS with no coils and `state` when that is news or a second has passed since the last one, else
+  /// nothing. Valid until the next call.
+  [[nodiscard]] std::span<const aurora::CanFrame> pack_away(aurora::CanTrackerState state,
+                                                            MonotonicTime now) noexcept;
 
  private:
   void put(const aurora::CanFrame& frame) noexcept { frames_[count_++] = frame; }
 
   CanLayout layout_;
   int coil_count_;
+  aurora::CanBase base_;
   std::array<aurora::CanFrame, kMostFrames> frames_;
   std::size_t count_ = 0;
   int since_status_ = kStatusEvery;
   aurora::CanFrame last_status_;
+  MonotonicTime last_status_sent_{};
 };
 
 }  // namespace tubed

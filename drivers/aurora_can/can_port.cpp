@@ -19,6 +19,8 @@ namespace tubed {
 
 namespace {
 
+static_assert(aurora::kCanExtended == CAN_EFF_FLAG, "identifiers are handed to the kernel as they are");
+
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 /// A full queue is looked at again after so long: less than a frame at 500 kbit/s takes.
 constexpr std::chrono::microseconds kQueuePause{200};
@@ -75,12 +77,13 @@ void take_frame(const canfd_frame& raw, std::size_t size, CanArrival& arrival) n
     arrival.trouble = read_error_frame(raw.can_id, {raw.data, raw.len});
     return;
   }
-  if ((raw.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG)) != 0) {
+  if ((raw.can_id & CAN_RTR_FLAG) != 0) {
     arrival.kind = CanArrival::Kind::kUnreadable;
     return;
   }
   arrival.kind = CanArrival::Kind::kFrame;
-  arrival.frame.id = raw.can_id & CAN_SFF_MASK;
+  const bool is_extended = (raw.can_id & CAN_EFF_FLAG) != 0;
+  arrival.frame.id = raw.can_id & (is_extended ? CAN_EFF_FLAG | CAN_EFF_MASK : CAN_SFF_MASK);
   arrival.frame.size = raw.len;
   std::copy_n(raw.data, raw.len, arrival.frame.bytes.begin());
 }

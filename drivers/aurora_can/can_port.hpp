@@ -16,7 +16,7 @@ struct CanArrival {
     kNothing,     ///< the deadline has come
     kFrame,       ///< see `frame`
     kErrorFrame,  ///< see `trouble`
-    kUnreadable,  ///< something that is no frame of ours: of another size, remote, of 29 bits
+    kUnreadable,  ///< something that is no frame of ours: of another size, or remote
     kGone         ///< the interface is down or away, see `error`; close the port
   };
   Kind kind = Kind::kNothing;
@@ -78,8 +78,9 @@ enum class CanUse {
 class CanInterface final : public CanPort {
  public:
   /// `receive_buffer`: bytes that the kernel keeps for us; 0 = its default.
-  CanInterface(std::string name, CanUse use, int receive_buffer = 0)
-      : name_(std::move(name)), use_(use), receive_buffer_(receive_buffer) {}
+  /// `base`: of the gateway whose frames kReceive lets through.
+  CanInterface(std::string name, CanUse use, int receive_buffer = 0, aurora::CanBase base = {})
+      : name_(std::move(name)), use_(use), receive_buffer_(receive_buffer), base_(base) {}
 
   [[nodiscard]] std::string_view name() const noexcept override { return name_; }
 
@@ -92,6 +93,7 @@ class CanInterface final : public CanPort {
   std::string name_;
   CanUse use_;
   int receive_buffer_;
+  aurora::CanBase base_;
 };
 
 /// The same for interfaces: "is down: ...".

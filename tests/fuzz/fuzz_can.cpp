@@ -1,6 +1,7 @@
-// Any frames at any times through the assembler of measurements. 72 bytes a frame: identifier (2), size (1),
-// pause before it in 0.1 ms (1), bytes (64), and one that says whether to put the check sum right (1); 3 are
-// spare.
+// Any frames at any times through the assembler of measurements. The first byte chooses the coils and the
+// base. 72 bytes a frame: identifier (2), size (1), pause before it in 0.1 ms (1), bytes (64), whether to put
+// the check sum right (1), whether the identifier has 29 bits (1), and its upper ones (2).
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -13,10 +14,22 @@ using namespace tubed::aurora;
 namespace {
 
 constexpr std::size_t kRecord = 72;
+constexpr std::array<CanBase, 4> kBases = {
+    {{0x300}, {0x680}, {0x18FF'5000 | kCanExtended}, {0x300 | kCanExtended}}};
 
 void demand(bool held) {
   if (!held) {
     std::abort();
+  }
+}
+
+/// A listener of one base takes no frame of another one.
+void check_identifier(const CanFrame& frame, CanBase base) {
+  const auto place = base.place_of(frame.id);
+  demand(place.has_value() == ((frame.id & ~(CanBase::kBlock - 1)) == base.id));
+  if (!place) {
+    demand(!unpack_sync(frame, base) && !unpack_status(frame, base) && !unpack_follow_up(frame, base) &&
+           !unpack_fd_coil(frame, base) && !unpack_classic_part(frame, base));
   }
 }
 
@@ -48,7 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   const int coil_count = data[0] % kMaxCanCoils + 1;
-  CanCoilAssembler assembler(coil_count);
+  const CanBase base = kBases[data[0] / kMaxCanCoils % kBases.size()];
+  CanCoilAssembler assembler(coil_count, base);
   tubed::MonotonicTime now{};
   for (std::size_t at = 1; at + kRecord <= size; at += kRecord) {
     ByteReader bytes(Bytes(data + at, kRecord));
@@ -59,9 +73,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (std::uint8_t& byte : frame.bytes) {
       byte = bytes.u8();
     }
+    const bool is_sealed = (bytes.u8() & 1) != 0;
     if ((bytes.u8() & 1) != 0) {
+      frame.id = (frame.id | static_cast<std::uint32_t>(bytes.u16()) << 16U) & 0x1FFF'FFFFU;
+      frame.id |= kCanExtended;
+    }
+    if (is_sealed) {
       put_check_sum_right(frame);
     }
+    check_identifier(frame, base);
     if (const auto measurement = assembler.accept(frame, now)) {
       check(*measurement, coil_count);
     }

@@ -71,12 +71,17 @@ TEXTS = {
 }
 
 
-def can_record(identifier, data, pause=1, seal=0):
-    return struct.pack("<HBB", identifier, len(data), pause) + data.ljust(64, b"\0") + bytes([seal, 0, 0, 0])
+def can_record(identifier, data, pause=1, seal=0, extended=0):
+    return (struct.pack("<HBB", identifier & 0xFFFF, len(data), pause) + data.ljust(64, b"\0") +
+            struct.pack("<BBH", seal, extended, identifier >> 16))
 
 
 def classic(identifier, seven):
     return can_record(identifier, seven + bytes([crc8(struct.pack("<H", identifier) + seven)]))
+
+
+def extended(identifier, seven):
+    return can_record(identifier, seven + bytes([crc8(struct.pack("<I", identifier) + seven)]), extended=1)
 
 
 SYNC = can_record(0x300, bytes.fromhex("18000000F8240100"))
@@ -86,10 +91,16 @@ CLASSIC = [classic(0x340, bytes.fromhex("623FFF2ADF0013")), classic(0x341, bytes
            classic(0x342, bytes.fromhex("C2786C015F2A13"))]
 STATUS = classic(0x301, bytes.fromhex("10010000010000"))
 
+EXTENDED = [can_record(0x18FF5000, bytes.fromhex("18000000F8240100"), extended=1),
+            extended(0x18FF5001, bytes.fromhex("10010000010000")), extended(0x18FF5040, bytes.fromhex("623FFF2ADF0013")),
+            extended(0x18FF5041, bytes.fromhex("B692FD00007013")), extended(0x18FF5042, bytes.fromhex("C2786C015F2A13"))]
+
 CAN = {
     "fd": b"\0" + SYNC + FD + STATUS,
     "classic": b"\0" + SYNC + b"".join(CLASSIC),
     "part_lost": b"\x01" + SYNC + CLASSIC[0] + CLASSIC[2] + SYNC,
+    "extended": b"\x20" + b"".join(EXTENDED),
+    "extended_elsewhere": b"\x30" + b"".join(EXTENDED) + SYNC + FD,
     "late": b"\0" + SYNC + can_record(0x123, b"", 250) + FD,
 }
 

@@ -63,8 +63,46 @@ TEST_F(DoctorAtABus, FramesOfOthersShowThatTheBusWorks) {
   bus.send(aurora::CanFrame{0x7E0, 8, {}});
   const Finding finding = heard("gateway");
   EXPECT_EQ(finding.verdict, Verdict::kWrong);
-  EXPECT_TRUE(says(finding.found, "2 frames of others"));
+  EXPECT_TRUE(says(finding.found, "2 frames of others, identifiers 123 7E0"));
   EXPECT_TRUE(says(finding.advice, "the bus works: start `tubectl can-gateway`"));
+}
+
+TEST_F(DoctorAtABus, TheIdentifiersOfOthersAreNotListedWithoutEnd) {
+  for (std::uint32_t id = 0x100; id < 0x120; ++id) {
+    bus.send(aurora::CanFrame{id, 8, {}});
+  }
+  EXPECT_TRUE(
+      says(heard("gateway").found, "32 frames of others, identifiers 100 101 102 103 104 105 106 107 ..."));
+}
+
+TEST_F(DoctorAtABus, AGatewayWithAnotherBaseIsNamedWithTheSettingThatHearsIt) {
+  CanPacker elsewhere(CanLayout::kFd, kCoils, aurora::CanBase{0x680});
+  send(report(10), elsewhere);
+  const Finding finding = heard("gateway");
+  EXPECT_EQ(finding.verdict, Verdict::kWrong);
+  EXPECT_TRUE(says(finding.found, "sends from identifier 680 on, listened for is 300"));
+  EXPECT_TRUE(says(finding.advice, "base_id = 0x680"));
+  EXPECT_TRUE(says(finding.advice, "--base-id 0x300"));
+}
+
+TEST_F(DoctorAtABus, SoIsOneWithIdentifiersOf29BitsWhoseTrackerIsAway) {
+  CanPacker elsewhere(CanLayout::kFd, kCoils, aurora::CanBase{0x18FF'5000 | aurora::kCanExtended});
+  bus.send(elsewhere.pack_away(aurora::CanTrackerState::kNoTracker, monotonic_now()));
+  const Finding finding = heard("gateway");
+  EXPECT_TRUE(says(finding.found, "sends from identifier 18FF5000 on"));
+  EXPECT_TRUE(says(finding.advice, "base_id = 0x18FF5000, extended_ids = true"));
+}
+
+TEST_F(DoctorAtABus, WhatOnlyStandsWhereAStatusWouldIsNoGateway) {
+  bus.send(aurora::CanFrame{0x681, 8, {0x10, 3}});  // without the check sum
+  EXPECT_TRUE(says(heard("gateway").found, "frames of others, identifiers 681"));
+}
+
+TEST_F(DoctorAtABus, AGatewayWithoutItsTrackerIsToldFromNoGateway) {
+  bus.send(fd.pack_away(aurora::CanTrackerState::kNoPort, monotonic_now()));
+  const Finding finding = heard("gateway");
+  EXPECT_EQ(finding.verdict, Verdict::kWrong);
+  EXPECT_TRUE(says(finding.found, "the gateway is there, and cannot open the tracker's serial port"));
 }
 
 TEST_F(DoctorAtABus, DamagedBitsPointAtTheBitRates) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "drivers/aurora/can_identifiers.hpp"
 #include "tests/drivers/aurora/hex_bytes.hpp"
 
 namespace tubed::aurora {
@@ -69,6 +70,20 @@ TEST(CanCrc8, IsJ1850OverIdentifierAndBytes) {
 
 TEST(CanCrc32, IsThatOfEthernetOverIdentifierAndBytes) {
   EXPECT_EQ(can_crc32(0x3231, as_bytes("3456789")), 0xCBF43926U);
+}
+
+TEST(CanCheckSums, RunOverAllFourBytesOfAnIdentifierOf29Bits) {
+  // Its bytes, low one first, are "1", "2", "3" and 0x14; the first two are an identifier of 11 bits as
+  // above.
+  const std::uint32_t id = 0x14333231 | kCanExtended;
+  const std::string same = std::string("3\x14") + "56789";
+  EXPECT_EQ(can_crc8(id, as_bytes("56789")), can_crc8(0x3231, as_bytes(same)));
+  EXPECT_EQ(can_crc32(id, as_bytes("56789")), can_crc32(0x3231, as_bytes(same)));
+}
+
+TEST(CanCheckSums, TellAnIdentifierOf29BitsFromTheSameNumberIn11) {
+  EXPECT_NE(can_crc8(0x300, as_bytes("1234567")), can_crc8(0x300 | kCanExtended, as_bytes("1234567")));
+  EXPECT_NE(can_crc32(0x300, as_bytes("1234567")), can_crc32(0x300 | kCanExtended, as_bytes("1234567")));
 }
 
 }  // namespace

@@ -254,5 +254,78 @@ TEST_P(AuroraCanSourceTest, AGatewayWithFewerCoilsIsTold) {
   EXPECT_EQ(frame.coils[2].status, CoilStatus::kMissing);
 }
 
+TEST_P(AuroraCanSourceTest, FramesOfAnotherBaseAreNotHeard) {
+  CanPacker elsewhere(GetParam(), kCoils, aurora::CanBase{0x680});
+  bus.send(elsewhere.pack(report(10), monotonic_now()));
+  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(source.assembler_counts().measurements, 0U);
+  EXPECT_GT(source.assembler_counts().foreign, 0U);
+}
+
+TEST_P(AuroraCanSourceTest, IdentifiersOf29BitsCarryTheSame) {
+  const DriverSettings settings =
+      default_settings().with("base_id", std::int64_t{0x18FF'5000}).with("extended_ids", true);
+  Bus other_bus;
+  AuroraCanSource other(room_with(kCoils), settings, std::make_unique<PairedPort>(other_bus));
+  ASSERT_TRUE(other.open().ok);
+  CanPacker extended(GetParam(), kCoils, aurora::CanBase{0x18FF'5000 | aurora::kCanExtended});
+  other_bus.send(frames(report(9)));  // of base 0x300
+  other_bus.send(extended.pack(report(10), monotonic_now()));
+  ASSERT_EQ(other.read(frame, at_once()), ReadOutcome::kFrame);
+  EXPECT_EQ(frame.tracker_frame, 80U);
+  EXPECT_EQ(frame.coils[2].status, CoilStatus::kOk);
+}
+
+TEST_P(AuroraCanSourceTest, ATrackerThatIsAwayIsToldFromAGatewayThatIs) {
+  bus.send(packer.pack_away(aurora::CanTrackerState::kNoTracker, monotonic_now()));
+  ASSERT_EQ(read_for(milliseconds(1500)), ReadOutcome::kLost);
+  EXPECT_TRUE(says(why(), "can0: the gateway hears no tracker: is it on"));
+  ASSERT_TRUE(source.open().ok);
+  bus.send(packer.pack_away(aurora::CanTrackerState::kStarting, monotonic_now()));
+  ASSERT_EQ(read_for(milliseconds(1500)), ReadOutcome::kLost) << "another state is news";
+  EXPECT_TRUE(says(why(), "can0: the gateway starts the tracker"));
+  ASSERT_TRUE(source.open().ok);
+  ASSERT_EQ(read_for(milliseconds(4500)), ReadOutcome::kLost) << "nothing comes from the gateway any more";
+  EXPECT_TRUE(says(why(), "is `tubectl can-gateway` running"));
+}
+
+// Whoever loses the STATUS of the first measurement after that must not take an emulated tracker for a real
+// one.
+TEST_P(AuroraCanSourceTest, AfterTheTrackerWasAwayItsOriginIsAskedForAgain) {
+  bus.send(packer.pack_away(aurora::CanTrackerState::kStarting, monotonic_now()));
+  CanReport simulated = report(10);
+  simulated.gateway_error = aurora::kCanSimulated;
+  auto first = frames(simulated);
+  first.erase(first.begin() + 2);  // STATUS
+  bus.send(first);
+  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  for (std::uint32_t number = 11; number <= 11 + CanPacker::kStatusEvery; ++number) {
+    simulated.sync = report(number).sync;
+    bus.send(frames(simulated));
+    if (read() == ReadOutcome::kFrame) {
+      EXPECT_EQ(frame.origin, Origin::kSimulated);
+      return;
+    }
+  }
+  FAIL() << "STATUS was sent again, but no measurement came";
+}
+
+TEST(AuroraCanSettings, ABaseThatIsNoneIsRefusedInWords) {
+  const auto refusal = [](std::int64_t number, bool is_extended) -> std::string {
+    try {
+      static_cast<void>(
+          can_base_of(default_settings().with("base_id", number).with("extended_ids", is_extended)));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(0x680, false), "");
+  EXPECT_EQ(refusal(0x18FF'5000, true), "");
+  EXPECT_NE(refusal(0x310, false).find("aurora-can.base_id = 0x310: a base is a multiple of 0x80"),
+            std::string::npos);
+  EXPECT_NE(refusal(0x18FF'5000, false).find("extended_ids = true"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tubed

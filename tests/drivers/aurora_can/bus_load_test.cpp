@@ -13,6 +13,13 @@ TEST(BusLoad, AClassicFrameOfEightBytesHas135Bits) {
   EXPECT_EQ(most_frame_bits(8).data, 0);
 }
 
+// A head of 39 bits instead of 19 (SRR, 18 more of the identifier, r1), and a stuff bit for every four of
+// these.
+TEST(BusLoad, AnIdentifierOf29BitsCosts20BitsAndTheirStuffBits) {
+  EXPECT_EQ(most_frame_bits(8, aurora::CanIdentifierSize::kExtended).nominal, 135 + 25);
+  EXPECT_EQ(most_frame_bits(48, aurora::CanIdentifierSize::kExtended).nominal, 33 + 19 + 4);
+}
+
 TEST(BusLoad, AnFdFrameOf48BytesSwitchesItsRate) {
   EXPECT_EQ(most_frame_bits(48).nominal, 33);
   EXPECT_EQ(most_frame_bits(48).data, 519);

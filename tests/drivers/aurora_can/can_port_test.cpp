@@ -35,6 +35,23 @@ TEST_F(CanPortTest, ReadsClassicAndFdFramesAsTheyWereSent) {
   }
 }
 
+TEST_F(CanPortTest, TellsIdentifiersOf29BitsFromThoseOf11) {
+  for (const std::uint32_t id :
+       {0x300U, 0x300U | aurora::kCanExtended, 0x18FF'5001U | aurora::kCanExtended}) {
+    bus.send(frame_of(id, 8));
+    const CanArrival arrival = port.read(at_once());
+    ASSERT_EQ(arrival.kind, CanArrival::Kind::kFrame);
+    EXPECT_EQ(arrival.frame.id, id);
+  }
+}
+
+TEST_F(CanPortTest, WritesIdentifiersOf29Bits) {
+  ASSERT_EQ(port.write(frame_of(0x18FF'5001U | aurora::kCanExtended, 8), at_once()), 0);
+  can_frame raw{};
+  ASSERT_EQ(::recv(bus.far_end, &raw, sizeof raw, MSG_DONTWAIT), static_cast<ssize_t>(CAN_MTU));
+  EXPECT_EQ(raw.can_id, 0x18FF'5001U | CAN_EFF_FLAG);
+}
+
 TEST_F(CanPortTest, SaysWhenNothingCame) { EXPECT_EQ(port.read(at_once()).kind, CanArrival::Kind::kNothing); }
 
 TEST_F(CanPortTest, StampsFramesBetweenSendingAndReading) {
@@ -45,15 +62,15 @@ TEST_F(CanPortTest, StampsFramesBetweenSendingAndReading) {
   EXPECT_LE(arrival.received, monotonic_now());
 }
 
-TEST_F(CanPortTest, DoesNotTakeWhatIsNoFrameOfElevenBits) {
+TEST_F(CanPortTest, DoesNotTakeWhatIsNoDataFrame) {
   can_frame remote{};
   remote.can_id = 0x300 | CAN_RTR_FLAG;
-  can_frame extended{};
-  extended.can_id = 0x300 | CAN_EFF_FLAG;
+  can_frame remote_extended{};
+  remote_extended.can_id = 0x300 | CAN_EFF_FLAG | CAN_RTR_FLAG;
   can_frame too_long{};
   too_long.can_id = 0x300;
   too_long.can_dlc = 9;
-  for (const can_frame& raw : {remote, extended, too_long}) {
+  for (const can_frame& raw : {remote, remote_extended, too_long}) {
     bus.send_raw(&raw, CAN_MTU);
     EXPECT_EQ(port.read(at_once()).kind, CanArrival::Kind::kUnreadable);
   }

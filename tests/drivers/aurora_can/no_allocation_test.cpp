@@ -92,6 +92,9 @@ TEST_P(CanSourceWithoutAllocation, HoldsWhateverTheBusDoes) {
     }
   }
   EXPECT_GT(frames_read, 150);
+  bus.send(packer.pack_away(aurora::CanTrackerState::kNoTracker, monotonic_now()));
+  EXPECT_EQ(read(milliseconds(1100)), ReadOutcome::kLost);
+  open_again();
   bus.send_error(CAN_ERR_BUSOFF);
   EXPECT_EQ(read(), ReadOutcome::kLost);
   open_again();
