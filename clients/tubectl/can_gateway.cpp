@@ -14,6 +14,7 @@
 #include "drivers/aurora_can/can_local_bus.hpp"
 #include "drivers/aurora_can/can_packer.hpp"
 #include "drivers/aurora_serial/serial_port.hpp"
+#include "drivers/aurora_serial/tool_folder.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
 namespace tubed {
@@ -38,6 +39,7 @@ struct GatewayOptions {
   std::int64_t base_id = aurora::CanBase::kDefault;
   bool extended = false;
   std::string baud = "115200";
+  std::string tool_folder;
   std::vector<std::string> coils = {"1.0", "1.1", "2.0", "2.1", "3.0"};
   double seconds = 0;
   bool print_bus_load = false;
@@ -89,10 +91,12 @@ class CanGateway {
  public:
   explicit CanGateway(const GatewayOptions& options)
       : map_(coil_map(options.coils)),
+        tools_(options.tool_folder, "--tool-folder"),
         serial_(options.serial),
         bus_(make_can_port(options.interface,
                            options.layout == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic)),
-        session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_, {}),
+        session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_,
+                 tools_.tools()),
         packer_(options.layout, map_.coil_count(), base_of(options)) {}
 
   void run(MonotonicTime end) {
@@ -172,6 +176,7 @@ class CanGateway {
   }
 
   aurora::CoilMap map_;
+  ToolFolder tools_;
   SerialPort serial_;
   std::unique_ptr<CanPort> bus_;
   aurora::Session session_;
@@ -254,6 +259,9 @@ CLI::App* add_can_gateway(CLI::App& app, int& exit_code) {
                    "PORT.CHANNEL of coil 0, 1, ...: sensor 1, 2, ... of the daemon")
       ->delimiter(',')
       ->default_str("1.0,1.1,2.0,2.1,3.0");
+  verb->add_option("--tool-folder", options->tool_folder,
+                   "Folder with port-1.rom, port-2.rom, ... for tools without a programmed memory")
+      ->check(CLI::ExistingDirectory);
   verb->add_option("--seconds", options->seconds, "End after so long; default: at Ctrl-C")
       ->check(CLI::Range(0.0, 1e7));
   verb->add_flag("--bus-load", options->print_bus_load, "Print how busy the bus is, and end");

@@ -1,9 +1,5 @@
 #include "drivers/aurora_serial/aurora_serial_source.hpp"
 
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
-
 #include "drivers/interface/monotonic_clock.hpp"
 
 namespace tubed {
@@ -15,8 +11,6 @@ using std::chrono::seconds;
 
 constexpr milliseconds kBetweenTries{100};
 constexpr seconds kBetweenLooks{1};
-constexpr int kPorts = 16;
-constexpr std::size_t kLargestTool = 4096;
 
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
@@ -31,35 +25,16 @@ aurora::SessionSettings session_settings(const DriverSettings& settings) {
   return session;
 }
 
-std::vector<std::uint8_t> read_tool(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::vector<std::uint8_t> bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream.is_open() || bytes.empty() || bytes.size() > kLargestTool) {
-    throw std::runtime_error("tool definition file " + file.string() +
-                             " cannot be read or is no file of 1 to " + std::to_string(kLargestTool) +
-                             " bytes; see aurora-serial.tool_folder");
-  }
-  return bytes;
-}
-
 }  // namespace
 
 AuroraSerialSource::AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings,
                                        const std::string& device)
     : port_(device),
+      tools_(settings.get<std::string>("tool_folder"), "aurora-serial.tool_folder"),
+      session_(std::make_unique<aurora::Session>(session_settings(settings), aurora::CoilMap(room),
+                                                 tools_.tools())),
       traces_(settings.get<std::string>("trace_folder"), "aurora-serial"),
-      about_("aurora-serial, " + device + ", tubed " TUBED_VERSION) {
-  const std::filesystem::path folder = settings.get<std::string>("tool_folder");
-  tool_bytes_.reserve(kPorts);
-  for (int port = 1; port <= kPorts && !folder.empty(); ++port) {
-    const auto file = folder / ("port-" + std::to_string(port) + ".rom");
-    if (std::filesystem::exists(file)) {
-      tool_bytes_.push_back(read_tool(file));
-      tools_.push_back({port, tool_bytes_.back()});
-    }
-  }
-  session_ = std::make_unique<aurora::Session>(session_settings(settings), aurora::CoilMap(room), tools_);
-}
+      about_("aurora-serial, " + device + ", tubed " TUBED_VERSION) {}
 
 OpenResult AuroraSerialSource::open() {
   next_try_ = {};

@@ -6,6 +6,7 @@
 
 #include "drivers/aurora/session.hpp"
 #include "drivers/aurora_serial/serial_port.hpp"
+#include "drivers/aurora_serial/tool_folder.hpp"
 #include "drivers/aurora_serial/trace_file.hpp"
 #include "drivers/interface/condition.hpp"
 #include "drivers/interface/driver_settings.hpp"
@@ -39,8 +40,7 @@ class AuroraSerialSource final : public EmSource, public HasCondition, public Ha
   void answer_request(MonotonicTime now) noexcept;
 
   SerialPort port_;
-  std::vector<std::vector<std::uint8_t>> tool_bytes_;
-  std::vector<aurora::ToolDefinition> tools_;
+  ToolFolder tools_;
   std::unique_ptr<aurora::Session> session_;
   TraceFolder traces_;
   std::string about_;
