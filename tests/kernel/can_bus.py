@@ -36,12 +36,12 @@ def why_of(status):
 class CanRoom:
     """Everything between a tracker and a subscriber."""
 
-    def __init__(self, bed, layout, heard="vcan0", receive_buffer_kb=256):
+    def __init__(self, bed, layout, heard="vcan0", receive_buffer_kb=256, settings="", gateway_options=()):
         self.bed = bed
         port, self.truth = bed.folder / "aurora", bed.folder / "truth.csv"
         text = ('[daemon]\nlog_level = "info"\n[dds]\nnetwork_interface = "lo"\n'
                 f'[em]\ndriver = "aurora-can"\ndevice = "{heard}"\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n'
-                f'[aurora-can]\nreceive_buffer_kb = {receive_buffer_kb}\n'
+                f'[aurora-can]\nreceive_buffer_kb = {receive_buffer_kb}\n{settings}'
                 '[[instrument]]\nid = "cath-1"\nmode = "em"\nlength_mm = 380.0\n')
         for sensor, offset_mm in enumerate((10.0, 90.0, 170.0, 270.0, 370.0), 1):
             text += f"[[instrument.coil]]\nsensor = {sensor}\noffset_from_tip_mm = {offset_mm}\n"
@@ -49,7 +49,7 @@ class CanRoom:
         self.shapes = bed.subscribe()
         self.status = bed.subscribe("--topic", "status")
         self.start("tracker", "aurora-emulator", "--link", port, "--truth", self.truth)
-        self.gateway = self.start("gateway", "can-gateway", "--serial", port, "--can", "vcan0", "--layout", layout)
+        self.gateway = self.start("gateway", "can-gateway", "--serial", port, "--can", "vcan0", "--layout", layout, *gateway_options)
         self.daemon = bed.start_daemon(text)
         self.measurements.wait_for(lambda s: "tracker_frame" in s, "measurement", 30)
 
@@ -115,8 +115,8 @@ def p95(values):
     return ordered[int(0.95 * (len(ordered) - 1))]
 
 
-def judge_arrival(bed, layout):
-    room = CanRoom(bed, layout)
+def judge_arrival(bed, layout, **options):
+    room = CanRoom(bed, layout, **options)
     time.sleep(1)
     since_ns = time.monotonic_ns()
     time.sleep(4.5)
@@ -143,6 +143,11 @@ def what_was_measured_arrives_over_classic_can(bed):
 
 def what_was_measured_arrives_over_can_fd(bed):
     judge_arrival(bed, "fd")
+
+
+def what_was_measured_arrives_with_identifiers_of_29_bits(bed):
+    judge_arrival(bed, "classic", settings="base_id = 0x18FF5000\nextended_ids = true\n",
+                  gateway_options=("--base-id", "0x18FF5000", "--extended"))
 
 
 class LossyBridge:
@@ -325,6 +330,10 @@ def the_doctor_says_what_is_wrong_with_a_bus(bed):
             finds(("gateway", "WRONG", "frames of others"))
             ends.set()
             thread.join()
+        elsewhere = room.start("elsewhere", "can-gateway", "--serial", bed.folder / "nothing", "--can", "vcan0", "--base-id", "0x18FF5000",
+                               "--extended")
+        finds(("gateway", "WRONG", "base_id = 0x18FF5000, extended_ids = true"))
+        elsewhere.signal(beds.signal.SIGTERM)
     ip_link("set", "vcan0", "down")
     finds(("tracker port", "WRONG", "vcan0 is down"))
     ip_link("set", "vcan0", "mtu", "16", "up")
@@ -335,6 +344,7 @@ def the_doctor_says_what_is_wrong_with_a_bus(bed):
 
 if __name__ == "__main__":
     beds.main(what_was_measured_arrives_over_classic_can, what_was_measured_arrives_over_can_fd,
+              what_was_measured_arrives_with_identifiers_of_29_bits,
               lost_classic_frames_cost_their_coils_and_no_pose_is_wrong, lost_fd_frames_cost_their_coils_and_no_pose_is_wrong,
               a_bus_that_went_off_is_told_and_used_again, an_interface_that_went_down_or_away_is_told_and_used_again,
               frames_that_were_read_too_late_are_told, the_doctor_says_what_is_wrong_with_a_bus)

@@ -98,6 +98,23 @@ TEST_F(CanInterfaceInTheKernel, WhatNoGatewaySendsIsNotReceived) {
   EXPECT_EQ(receiver.read(soon()).kind, CanArrival::Kind::kNothing);
 }
 
+TEST_F(CanInterfaceInTheKernel, OfABaseOf29BitsOnlyItsOwnBlockIsReceived) {
+  const aurora::CanBase base{0x18FF'5000 | aurora::kCanExtended};
+  CanInterface extended("vcan0", CanUse::kReceive, 0, base);
+  ASSERT_EQ(extended.open(), 0);
+  for (const std::uint32_t id : {0x300U, 0x500U, 0x18FF'4FFFU | CAN_EFF_FLAG, 0x18FF'5080U | CAN_EFF_FLAG,
+                                 0x08FF'5000U | CAN_EFF_FLAG, 0x18FF'5000U | CAN_EFF_FLAG | CAN_RTR_FLAG}) {
+    send_raw(id);
+  }
+  ASSERT_EQ(sender.open(), 0);
+  ASSERT_EQ(sender.write(frame_of(base.fd_coil(15), 48), soon()), 0);
+  const CanArrival arrival = extended.read(soon());
+  ASSERT_EQ(arrival.kind, CanArrival::Kind::kFrame);
+  EXPECT_EQ(arrival.frame.id, base.fd_coil(15));
+  EXPECT_EQ(arrival.frame.size, 48);
+  EXPECT_EQ(extended.read(monotonic_now()).kind, CanArrival::Kind::kNothing);
+}
+
 TEST_F(CanInterfaceInTheKernel, ErrorFramesAreReceived) {
   ASSERT_EQ(receiver.open(), 0);
   send_raw(CAN_ERR_FLAG | CAN_ERR_BUSOFF);
