@@ -1,5 +1,6 @@
 // tubectl can-gateway: reads an NDI Aurora at a serial port and sends what it measures on a CAN bus.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
@@ -98,6 +99,19 @@ class CanGateway {
         session_({.baud = aurora::baud_rate(std::stoi(options.baud)).value(), .poller = {}}, map_,
                  tools_.tools()),
         packer_(options.layout, map_.coil_count(), base_of(options)) {}
+
+  /// False when another program has the serial port: two gateways at one would contradict each other.
+  bool has_port_to_itself() {
+    const int error = serial_.open();
+    if (error == EBUSY) {
+      trouble_.say(serial_.path() + " " + std::string(describe_open_error(error)));
+      return false;
+    }
+    if (error == 0) {
+      session_.attach(serial_);
+    }
+    return true;
+  }
 
   void run(MonotonicTime end) {
     while (interrupted == 0 && monotonic_now() < end) {
@@ -227,6 +241,9 @@ int run_gateway(const GatewayOptions& options) {
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
   CanGateway gateway(options);
+  if (!gateway.has_port_to_itself()) {
+    return kExitUnavailable;
+  }
   gateway.run(options.seconds > 0 ? monotonic_now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
                                                           std::chrono::duration<double>(options.seconds))
                                   : MonotonicTime::max());

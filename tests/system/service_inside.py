@@ -275,6 +275,47 @@ def an_aurora_unplugged_and_back_needs_no_restart():
         emulator.wait()
 
 
+def one_gateway_at_a_time_has_the_serial_port():
+    """Of two interfaces that no kernel needs to have: a gateway waits for its own."""
+    left, right = "tubed-can-gateway@can0.service", "tubed-can-gateway@can1.service"
+    expect(command("systemctl", "is-enabled", left).stdout.strip() == "disabled", "the gateway is enabled after installation")
+    for name in ("can0", "can1"):
+        pathlib.Path(f"/etc/tubed/can-gateway-{name}.env").write_text("SERIAL=/run/tubed/bridged\nOPTIONS=--layout classic\n")
+    drop_in = pathlib.Path("/etc/systemd/system/tubed-can-gateway@.service.d/pty.conf")
+    drop_in.parent.mkdir()
+    drop_in.write_text("[Service]\nDeviceAllow=char-pts rw\n")  # as for tubed@right.service
+    command("systemctl", "daemon-reload")
+    emulator = subprocess.Popen(["tubectl", "aurora-emulator", "--link", "/run/tubed/bridged"], user="tubed", group="tubed",
+                                start_new_session=True)
+    try:
+        wait_until(lambda: os.path.exists("/run/tubed/bridged"), "there, the emulated port", 5)
+        since = time.time()
+        expect(command("systemctl", "start", left).returncode == 0, f"start: {journal(since, left)}")
+        wait_until(lambda: re.search("can0 (cannot|is not)", journal(since, left)), "told of its interface by the first gateway", 10)
+        command("systemctl", "start", right)
+        wait_until(lambda: "is used by another program" in journal(since, right), "refused, the second gateway", 5)
+        expect(shown("ActiveState", left) == "active", "the first gateway ended with the second")
+        os.kill(main_pid(left), signal.SIGKILL)
+        taken_s = wait_until(lambda: re.search("can1 (cannot|is not)", journal(since, right)) or int(shown("NRestarts", left)) > 0,
+                             "used again, the port", 10)
+        command("systemctl", "stop", left, right)
+        expect(shown("Result", left) in ("success", "exit-code"), f"stopping: {shown('Result', left)}")
+        return f"the second is refused; after a kill one has the port {taken_s:.1f} s later"
+    finally:
+        emulator.kill()
+        emulator.wait()
+
+
+def a_wrong_command_line_of_the_gateway_is_not_tried_again():
+    unit = "tubed-can-gateway@can2.service"
+    pathlib.Path("/etc/tubed/can-gateway-can2.env").write_text("OPTIONS=--base-id 0x310\n")
+    since = time.time()
+    command("systemctl", "start", unit)
+    wait_until(lambda: shown("ActiveState", unit) == "failed", "failed, the gateway", 5)
+    expect(shown("ExecMainStatus", unit) == "64" and shown("NRestarts", unit) == "0", f"exit {shown('ExecMainStatus', unit)}")
+    expect("a base is a multiple of 0x80" in journal(since, unit), journal(since, unit))
+
+
 def a_killed_daemon_is_valid_again_within_3_s():
     return comes_back(signal.SIGKILL, 3)
 
@@ -332,6 +373,7 @@ CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a
           a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
           a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
           the_journal_has_fields_beside_the_words, an_aurora_unplugged_and_back_needs_no_restart,
+          one_gateway_at_a_time_has_the_serial_port, a_wrong_command_line_of_the_gateway_is_not_tried_again,
           the_exporter_says_in_prometheus_text_what_the_daemon_reports,
           a_wrong_configuration_is_one_clear_line_and_no_restart)
 
