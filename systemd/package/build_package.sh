@@ -32,6 +32,7 @@ for unit in "$source"/systemd/*.service; do
   case "$name" in
     tubed.service) cp "$unit" debian/tubed.service ;;
     tubed@.service) cp "$unit" debian/tubed@.service ;;
+    *@.service) cp "$unit" "debian/tubed@.${name%@.service}.service" ;;  # as dh_installsystemd --name looks for it
     *) cp "$unit" "debian/tubed.$name" ;;
   esac
 done
