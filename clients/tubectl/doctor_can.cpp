@@ -126,11 +126,11 @@ Finding no_gateway(const CanHearing& hearing) {
   if (!hearing.gone.empty()) {
     return {Verdict::kWrong, hearing.name + " " + hearing.gone, ""};
   }
-  if (hearing.name.find('/') != std::string::npos) {
-    return {Verdict::kWrong, where, "one receiver is served at a time: stop tubed, if it is that one"};
-  }
   if (hearing.other_frames > 0) {
     return other_identifiers(where, hearing);
+  }
+  if (hearing.name.find('/') != std::string::npos) {
+    return {Verdict::kWrong, where, "one receiver is served at a time: stop tubed, if it is that one"};
   }
   return {Verdict::kWrong, where + ", nor of anybody else",
           "start `tubectl can-gateway`; if it runs: cable, termination, and the same bit rates at both ends"};

@@ -93,6 +93,16 @@ TEST_F(DoctorAtABus, SoIsOneWithIdentifiersOf29BitsWhoseTrackerIsAway) {
   EXPECT_TRUE(says(finding.advice, "base_id = 0x18FF5000, extended_ids = true"));
 }
 
+// A socket has one receiver, so that silence there means that another one has it; frames mean that it has
+// not.
+TEST_F(DoctorAtABus, SoIsOneAtTheOtherEndOfASocket) {
+  CanPacker elsewhere(CanLayout::kFd, kCoils, aurora::CanBase{0x680});
+  send(report(10), elsewhere);
+  hearing = listen_to_bus(port, kCoils, milliseconds(60));
+  hearing.name = "/run/tubed/can.sock";
+  EXPECT_TRUE(says(findings_of(hearing, {1, 2, 3}).back().finding.advice, "base_id = 0x680"));
+}
+
 TEST_F(DoctorAtABus, WhatOnlyStandsWhereAStatusWouldIsNoGateway) {
   bus.send(aurora::CanFrame{0x681, 8, {0x10, 3}});  // without the check sum
   EXPECT_TRUE(says(heard("gateway").found, "frames of others, identifiers 681"));
