@@ -130,7 +130,7 @@ class CanGateway {
     if (!serial_.is_open()) {
       const int error = serial_.open();
       if (error != 0) {
-        trouble_.say(serial_.path() + " " + std::string(describe_open_error(error)));
+        trouble_.say(std::string(serial_.explain(error).text()));
         tell_away(aurora::CanTrackerState::kNoPort);
         sleep_until(monotonic_now() + kBetweenTries, MonotonicTime::max());
         return;

@@ -52,8 +52,7 @@ bool AuroraSerialSource::open_port(MonotonicTime now) noexcept {
     port_trouble_.clear();
     return true;
   }
-  port_trouble_ = aurora::Problem(port_.path());
-  port_trouble_ << " " << describe_open_error(error);
+  port_trouble_ = port_.explain(error);
   return false;
 }
 
@@ -93,6 +92,9 @@ SourceCondition AuroraSerialSource::condition() noexcept {
                     : has_measured_ ? DeviceState::kReconnecting
                                     : DeviceState::kStarting;
   condition.words = port_.is_open() ? session_->describe() : port_trouble_;
+  if (port_.is_open() && !port_.note().empty()) {
+    condition.words << (condition.words.empty() ? "" : "; ") << port_.note().text();
+  }
   return condition;
 }
 

@@ -9,6 +9,7 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,6 +24,9 @@ namespace {
 
 constexpr int kFirstRate = 9600;
 constexpr std::chrono::milliseconds kWritePatience{200};
+constexpr std::chrono::milliseconds kDiscardPatience{100};
+constexpr std::chrono::milliseconds kBetweenDiscards{5};
+constexpr std::chrono::milliseconds kBreak{280};  // tcsendbreak makes 250 to 500 ms
 constexpr int kModemLines = TIOCM_DTR | TIOCM_RTS;
 
 struct NamedRate {
@@ -48,42 +52,70 @@ int SerialPort::open() noexcept {
   if (is_open()) {
     return 0;
   }
-  descriptor_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  lock_owner_ = 0;
+  descriptor_ = ::open(path().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor_ < 0) {
     return errno;
   }
-  int error = take_for_us();
-  if (error == 0 && !configure(kFirstRate)) {
-    error = errno == 0 ? EIO : errno;
+  if (const int error = take_for_us(); error != 0) {
+    ::close(std::exchange(descriptor_, -1));  // and nothing else: it may be somebody's
+    return error;
   }
-  if (error != 0) {
+  if (!configure(kFirstRate)) {
+    const int error = errno == 0 ? EIO : errno;
     close();
     return error;
   }
   ask_for_low_latency();
+  shorten_closing();
   ::ioctl(descriptor_, TIOCMBIS, &kModemLines);  // some adapters are powered by them; others have none
   ::ioctl(descriptor_, TCFLSH, TCIOFLUSH);
+  struct stat port {};
+  ::fstat(descriptor_, &port);
+  surroundings_.opened(port.st_rdev);
   return 0;
 }
 
-// TIOCEXCL keeps out programs that open the port later, but not those of root; the lock keeps out other
-// drivers of ours.
+// Each program has its own way to keep others out: NDI's libraries lock records (fcntl), others whole files
+// (flock). TIOCEXCL keeps out programs that open the port later, but not those of root.
 int SerialPort::take_for_us() noexcept {
   termios settings{};
   if (::ioctl(descriptor_, TCGETS, &settings) != 0) {
     return ENOTTY;
   }
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lock_records() || (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)) {
     return EBUSY;
   }
   ::ioctl(descriptor_, TIOCEXCL);
   return 0;
 }
 
+// Of the open file description: another port of this process that is closed does not release it.
+bool SerialPort::lock_records() noexcept {
+  struct flock whole_file {};
+  whole_file.l_type = F_WRLCK;
+  whole_file.l_whence = SEEK_SET;
+  if (::fcntl(descriptor_, F_OFD_SETLK, &whole_file) == 0 || (errno != EAGAIN && errno != EACCES)) {
+    return true;
+  }
+  whole_file.l_pid = 0;
+  if (::fcntl(descriptor_, F_OFD_GETLK, &whole_file) == 0 && whole_file.l_type != F_UNLCK) {
+    lock_owner_ = std::max(static_cast<int>(whole_file.l_pid), 0);  // -1: of an open file description
+  }
+  return false;
+}
+
 void SerialPort::close() noexcept {
   if (is_open()) {
+    ::ioctl(descriptor_, TCFLSH, TCOFLUSH);
     ::ioctl(descriptor_, TIOCNXCL);
     ::close(std::exchange(descriptor_, -1));
+  }
+}
+
+void SerialPort::look_around(std::chrono::nanoseconds longest) noexcept {
+  if (is_open()) {
+    surroundings_.look_around(longest);
   }
 }
 
@@ -181,27 +213,40 @@ void SerialPort::ask_for_low_latency() noexcept {
   }
 }
 
-bool SerialPort::send_break() noexcept { return ::ioctl(descriptor_, TCSBRK, 0) == 0; }
-
-std::string_view describe_open_error(int error) noexcept {
-  switch (error) {
-    case EACCES:
-    case EPERM:
-      return "may not be opened: add the daemon's user to the group of the port (dialout)";
-    case EBUSY:
-      return "is used by another program: close that (fuser -v names it)";
-    case ENOENT:
-    case ENODEV:
-    case ENXIO:
-      return "is not there: plug in the cable, switch the tracker on, see /dev/serial/by-id";
-    case ENOTTY:
-    case EISDIR:
-      return "is no serial port: see em.device";
-    case EIO:
-      return "does not work: unplug its cable and plug it in again";
-    default:
-      return "cannot be opened";
+// close() lets the line have its last bytes for 30 s; a line that is stuck would keep the thread for as long.
+// Only root may shorten that: apart from low latency, which anybody may ask for.
+void SerialPort::shorten_closing() noexcept {
+  constexpr unsigned short kHundredths = 20;
+  serial_struct settings{};
+  if (::ioctl(descriptor_, TIOCGSERIAL, &settings) == 0 && settings.closing_wait != ASYNC_CLOSING_WAIT_NONE &&
+      (settings.closing_wait == ASYNC_CLOSING_WAIT_INF || settings.closing_wait > kHundredths)) {
+    settings.closing_wait = kHundredths;
+    ::ioctl(descriptor_, TIOCSSERIAL, &settings);
   }
+}
+
+// False: the line still has bytes that it does not take; USB adapters keep what they were given.
+bool SerialPort::discard_output() noexcept {
+  const MonotonicTime end = now() + kDiscardPatience;
+  ::ioctl(descriptor_, TCFLSH, TCOFLUSH);
+  for (;;) {
+    int waiting = 0;
+    if (::ioctl(descriptor_, TIOCOUTQ, &waiting) != 0 || waiting == 0) {
+      return true;
+    }
+    if (!sleep_until(now() + kBetweenDiscards, end)) {
+      return false;
+    }
+  }
+}
+
+// TCSBRK, and TIOCSBRK as well, wait for everything to be sent first, without end when the line is stuck.
+bool SerialPort::send_break() noexcept {
+  if (!discard_output() || ::ioctl(descriptor_, TIOCSBRK, 0) != 0) {
+    return false;
+  }
+  sleep_until(now() + kBreak, MonotonicTime::max());
+  return ::ioctl(descriptor_, TIOCCBRK, 0) == 0;
 }
 
 }  // namespace tubed

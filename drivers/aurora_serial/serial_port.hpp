@@ -2,26 +2,45 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "drivers/aurora/byte_channel.hpp"
+#include "drivers/aurora_serial/port_surroundings.hpp"
 
 namespace tubed {
 
 /// Raw, 8N1, no handshake, exactly the rate that was asked for, for us alone, with low latency where the
 /// driver of the port offers it. What a port does not know (a pseudo-terminal has no modem lines, no low
-/// latency and no break) is done without. One thread. Nothing but the constructor allocates.
+/// latency and no break) is done without. One thread. Nothing but the constructor allocates, and nothing
+/// waits for a line that takes no bytes.
 class SerialPort final : public aurora::ByteChannel {
  public:
   /// `path`: as /dev/serial/by-id/usb-NDI_Aurora..., followed anew each time it is opened.
-  explicit SerialPort(std::string path) : path_(std::move(path)) {}
+  explicit SerialPort(std::string path, SystemPlaces places = {})
+      : surroundings_(std::move(path), std::move(places)) {}
   ~SerialPort() override { close(); }
 
-  /// 0, or errno. Harmless when open.
+  /// 0, or errno; EBUSY: another program has it, and is not disturbed. Harmless when open.
   int open() noexcept;
+  /// What has not been sent is thrown away.
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return descriptor_ >= 0; }
-  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] const std::string& path() const noexcept { return surroundings_.path(); }
+  /// Why the newest open() gave `error`, and what to do: a sentence with the path, and with the program that
+  /// has the port, or the name under which the adapter is back.
+  [[nodiscard]] aurora::Problem explain(int error) noexcept {
+    return surroundings_.explain(error, lock_owner_);
+  }
+  /// Of the open port: what a person should know (see PortSurroundings::note), as of the newest look.
+  [[nodiscard]] aurora::Problem note() const noexcept {
+    return is_open() ? surroundings_.note() : aurora::Problem();
+  }
+  /// Looks for what note() says, for `longest` at most; a look that is not finished goes on at the next call.
+  void look_around(std::chrono::nanoseconds longest) noexcept;
+  /// Milliseconds for which FTDI's chip holds bytes back, read back after 1 ms was asked for; nothing for
+  /// other adapters.
+  [[nodiscard]] std::optional<int> latency_timer_ms() const noexcept { return surroundings_.latency_timer(); }
+  /// The USB adapter, as of the newest successful open().
+  [[nodiscard]] const std::optional<UsbIdentity>& adapter() const noexcept { return surroundings_.adapter(); }
 
   [[nodiscard]] MonotonicTime now() noexcept override;
   bool write(aurora::Bytes bytes) noexcept override;
@@ -32,16 +51,16 @@ class SerialPort final : public aurora::ByteChannel {
 
  private:
   int take_for_us() noexcept;
+  bool lock_records() noexcept;
   bool configure(int bits_per_second) noexcept;
   bool configure_by_name(int bits_per_second) noexcept;
   void ask_for_low_latency() noexcept;
+  void shorten_closing() noexcept;
+  bool discard_output() noexcept;
 
-  std::string path_;
+  PortSurroundings surroundings_;
   int descriptor_ = -1;
+  int lock_owner_ = 0;  ///< process that kept the newest open() from locking; 0: not known
 };
-
-/// What is wrong and what to do when open() gave `error`, in a few words without the path: "is used by
-/// another program: close it". The text is constant.
-[[nodiscard]] std::string_view describe_open_error(int error) noexcept;
 
 }  // namespace tubed

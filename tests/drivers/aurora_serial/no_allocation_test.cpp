@@ -2,6 +2,11 @@
 // anew.
 #include <gtest/gtest.h>
 
+#include <cerrno>
+
+#include "drivers/aurora_serial/serial_port.hpp"
+#include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
+#include "tests/drivers/aurora_serial/other_program.hpp"
 #include "tests/drivers/aurora_serial/session_bench.hpp"
 #include "tests/support/counted_allocations.hpp"
 
@@ -75,6 +80,32 @@ TEST(NoAllocation, HappensInASessionWhateverHappens) {
   EXPECT_EQ(allocations, 0);
   EXPECT_GT(measurements, 1000U);
   EXPECT_EQ(bench.session.counts().tracking_starts, 3U);
+}
+
+TEST(NoAllocation, HappensWhileAPortIsLookedForOpenedAndClosed) {
+  counting = false;
+  emulator::PseudoTerminal terminal("");
+  SerialPort port(terminal.path());
+  SerialPort absent("/dev/ttyUSB-that-is-not-there");
+  OtherProgram other("screen", terminal.path(), OtherProgram::Lock::kWholeFile);
+  allocations = 0;
+  counting = true;
+  const int in_use = port.open();
+  const Problem used = port.explain(in_use);
+  const Problem not_there = absent.explain(absent.open());
+  counting = false;
+  EXPECT_EQ(in_use, EBUSY);
+  EXPECT_FALSE(used.empty() || not_there.empty());
+  other.end();
+  counting = true;
+  const int opened = port.open();
+  port.look_around(milliseconds(20));
+  const Problem note = port.note();
+  port.close();
+  counting = false;
+  EXPECT_EQ(opened, 0);
+  EXPECT_TRUE(note.empty());
+  EXPECT_EQ(allocations, 0);
 }
 
 }  // namespace
