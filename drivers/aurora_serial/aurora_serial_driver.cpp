@@ -35,14 +35,14 @@ std::vector<SettingDescription> aurora_serial_settings() {
        "",
        "folder with port-1.rom, port-2.rom, ... for tools without a programmed memory; empty = none"},
       {"trace_folder",
-       std::string(),
+       std::string("/var/log/tubed"),
        false,
        -kNoLimit,
        kNoLimit,
        {},
        "",
-       "folder for logs of the line after a failure, or when aurora-serial-request is made there; empty = "
-       "none"},
+       "folder for logs of the line after a failure, or when aurora-serial-request is made there; empty, or "
+       "not there = none"},
       {"trace_kb", std::int64_t{512}, false, 16, 65536, {}, "KiB", "how much of the line is kept in memory"},
   };
 }

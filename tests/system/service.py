@@ -59,10 +59,12 @@ def lifecycle(packages):
         check(not (container.root / "usr/sbin/tubed").exists(), "the program is left after removal")
         check(configuration.exists(), "removal took the configuration")
 
-        (container.root / "var/lib/tubed").mkdir(exist_ok=True)
+        for place in ("var/lib/tubed", "var/log/tubed"):
+            (container.root / place).mkdir(exist_ok=True)
         purged = container.run("dpkg", "-P", "tubed")
         check(purged.returncode == 0, f"dpkg -P: {purged.stdout}{purged.stderr}")
-        for place in ("etc/tubed", "var/lib/tubed", "usr/share/tubed", "lib/systemd/system/tubed.service", "lib/udev/rules.d/60-tubed.rules"):
+        for place in ("etc/tubed", "var/lib/tubed", "var/log/tubed", "usr/share/tubed", "lib/systemd/system/tubed.service",
+                      "lib/udev/rules.d/60-tubed.rules"):
             check(not (container.root / place).exists(), f"/{place} is left after purging")
     say("installed, upgraded with its configuration kept, removed, purged")
 
