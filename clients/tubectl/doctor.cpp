@@ -1,5 +1,9 @@
 // tubectl doctor: what this machine lacks for a catheter to be tracked on time, and what to do about it.
+#include <unistd.h>
+
+#include <algorithm>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -30,21 +34,43 @@ void print(const std::string& name, const Finding& finding) {
   }
 }
 
+/// On a terminal one line that changes, elsewhere a line each time.
+class ProgressLine {
+ public:
+  void say(const std::string& doing) {
+    std::cerr << (is_terminal_ ? "\r\033[K" : "") << doing << (is_terminal_ ? "" : "\n") << std::flush;
+  }
+  void clear() { std::cerr << (is_terminal_ ? "\r\033[K" : "") << std::flush; }
+
+ private:
+  bool is_terminal_ = ::isatty(STDERR_FILENO) == 1;
+};
+
 /// Nothing when the configuration cannot be read: that is said already.
-std::vector<NamedFinding> look_at_tracker(const DoctorArguments& arguments) {
+TrackerExamination look_at_tracker(const DoctorArguments& arguments) {
   try {
     const Configuration configuration = load_configuration(arguments.configuration);
-    std::vector<NamedFinding> findings = examine_port(configuration);
-    // A bus can be listened to by many, a serial port is somebody's.
-    const bool is_can = configuration.em_source.driver == "aurora-can";
-    const bool is_free = findings.empty() || findings.front().finding.verdict == Verdict::kGood ||
-                         (is_can && findings.front().finding.verdict == Verdict::kNote);
-    if (arguments.talk_to_tracker && is_free) {
-      for (NamedFinding& one : examine_tracker(configuration, arguments.trace_folder)) {
-        findings.push_back(std::move(one));
-      }
+    const PortExamination port = examine_port(configuration);
+    TrackerExamination whole{port.findings, ""};
+    if (!arguments.talk_to_tracker) {
+      return whole;
     }
-    return findings;
+    const Verdict verdict = port.findings.empty() ? Verdict::kGood : port.findings.front().finding.verdict;
+    // A bus can be listened to by many, a serial port is somebody's.
+    const bool is_serial = configuration.em_source.driver == "aurora-serial";
+    const bool is_free = verdict == Verdict::kGood || (is_serial && verdict == Verdict::kAdvice) ||
+                         (!is_serial && verdict == Verdict::kNote);
+    if (is_free) {
+      ProgressLine progress;
+      TrackerExamination tracker = examine_tracker(configuration, port, arguments.trace_folder,
+                                                   [&](const std::string& doing) { progress.say(doing); });
+      progress.clear();
+      std::move(tracker.findings.begin(), tracker.findings.end(), std::back_inserter(whole.findings));
+      whole.report = tracker.report;
+    } else if (is_serial) {
+      whole.report = report_for_help(configuration, port.adapter, nullptr, port.findings);
+    }
+    return whole;
   } catch (const std::exception&) {
     return {};
   }
@@ -68,11 +94,17 @@ int run_doctor(const DoctorArguments& arguments) {
   for (const DoctorCheck& check : doctor_checks()) {
     tell(check.name, check.look(machine));
   }
-  for (const NamedFinding& one : look_at_tracker(arguments)) {
+  const TrackerExamination tracker = look_at_tracker(arguments);
+  for (const NamedFinding& one : tracker.findings) {
     tell(one.name, one.finding);
   }
   if (arguments.as_json) {
+    if (!tracker.report.empty()) {
+      tell("report", {Verdict::kNote, tracker.report, ""});
+    }
     std::cout << report.dump(2) << '\n';
+  } else if (!tracker.report.empty()) {
+    std::cout << "\nCopy this when you ask for help:\n" << tracker.report;
   }
   return is_wrong ? kExitFailed : kExitOk;
 }
@@ -85,10 +117,11 @@ CLI::App* add_doctor(CLI::App& app, int& exit_code) {
       "doctor", "Say what this machine lacks and what to do; exit 1 when something is wrong");
   verb->add_option("-c,--config", arguments->configuration, "The daemon's configuration")
       ->capture_default_str();
-  CLI::Option* tracker =
-      verb->add_flag("--tracker", arguments->talk_to_tracker,
-                     "Start the configuration's Aurora, measure for 3 s and stop it: firmware, ports, coils, "
-                     "rate, errors; not while tubed runs. Behind a CAN gateway: listen for 3 s");
+  CLI::Option* tracker = verb->add_flag(
+      "--tracker", arguments->talk_to_tracker,
+      "Start the configuration's Aurora, measure for 3 s and stop it: firmware, ports, coils, "
+      "rate, errors, and a text to copy when you ask for help; not while tubed runs. Behind a CAN "
+      "gateway: listen for 3 s");
   verb->add_option("--trace", arguments->trace_folder,
                    "Write what went over the line into this folder: aurora-serial-request.log")
       ->needs(tracker);

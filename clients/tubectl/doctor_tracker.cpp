@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 
 #include "clients/tubectl/doctor_can.hpp"
+#include "clients/tubectl/tracker_findings.hpp"
+#include "clients/tubectl/tracker_startup.hpp"
 #include "drivers/aurora_serial/aurora_serial_source.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
@@ -15,9 +18,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr seconds kPatience{12};  // a break, RESET, PINIT of all tools, TSTART
+constexpr milliseconds kBetweenProgress{100};
+constexpr seconds kLongestLook{2};  // for other programs at the port
 constexpr seconds kMeasuredFor{3};
-constexpr double kUsualRateHz = 40;
 
 template <typename... Values>
 std::string format(const char* pattern, Values... values) {
@@ -35,13 +38,22 @@ class Examination {
  public:
   explicit Examination(AuroraSerialSource& source) : source_(source) {}
 
-  /// True as soon as there is a measurement.
-  bool wait_for_measurement(MonotonicTime end) {
-    while (monotonic_now() < end) {
-      if (read_once(end)) {
+  /// True as soon as there is a measurement. Waits as long as the tracker may need for what is plugged in.
+  bool wait_for_measurement(const std::function<void(const std::string&)>& on_progress) {
+    const MonotonicTime began = monotonic_now();
+    std::string told;
+    for (MonotonicTime now = began; now < end_; now = monotonic_now()) {
+      if (read_once(now + kBetweenProgress)) {
         return true;
       }
+      const TrackerStartup startup = read_startup(source_.session().exchange().trace());
+      end_ = startup.deadline(began);
+      if (startup.doing != told) {
+        told = startup.doing;
+        on_progress(told);
+      }
     }
+    waited_s_ = static_cast<int>(std::chrono::duration_cast<seconds>(monotonic_now() - began).count());
     return false;
   }
   void read_for(std::chrono::nanoseconds time) {
@@ -53,6 +65,7 @@ class Examination {
   [[nodiscard]] int measurements() const { return measurements_; }
   [[nodiscard]] const EmFrame& newest() const { return frame_; }
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
+  [[nodiscard]] int waited_s() const { return waited_s_; }
 
  private:
   bool read_once(MonotonicTime end) {
@@ -77,131 +90,108 @@ class Examination {
   EmFrame frame_;
   std::string complaint_;
   int measurements_ = 0;
+  int waited_s_ = 0;
+  MonotonicTime end_ = MonotonicTime::max();  ///< of waiting for a measurement
   bool open_ = false;
 };
 
-Finding firmware(const aurora::Session& session) {
-  const std::string name(session.firmware());
-  return {Verdict::kGood,
-          (name.empty() ? std::string("the tracker does not say which firmware it has") : name) +
-              format(", %d baud", session.baud()),
-          ""};
-}
-
-Finding coils(const aurora::Session& session) {
-  std::string found;
-  for (const aurora::FoundCoil& coil : session.found()) {
-    const auto index = session.coils().coil_at(coil.plug);
-    found += (found.empty() ? "" : ", ") + format("port %d channel %d: ", coil.plug.port, coil.plug.channel) +
-             (index ? format("sensor %d", *index + 1) : std::string("not in the configuration")) +
-             (coil.usable || coil.error_code == 0 ? "" : format(" (ERROR%02X)", coil.error_code));
+Finding in_use(SerialPort& port) {
+  const std::string words(port.explain(EBUSY, kLongestLook).text());
+  if (words.find(" tubed (process") != std::string::npos ||
+      words.find("another program") != std::string::npos) {
+    return {Verdict::kNote, words,
+            "stop tubed, if it is that, before doctor --tracker; while it runs, touch TRACE_FOLDER/"
+            "aurora-serial-request has it write what goes over the line"};
   }
-  const std::string missing(session.missing().text());
-  if (!missing.empty()) {
-    return {Verdict::kWrong, missing, "plug it in, or correct port and channel of [[instrument.coil]]"};
+  return {Verdict::kWrong, words, ""};
+}
+
+Finding opened(const SerialPort& port) {
+  if (port.other_program().process != 0) {
+    return {Verdict::kAdvice, port.path() + " can be opened", std::string(port.note().text())};
   }
-  return {Verdict::kGood, found, ""};
+  return {Verdict::kGood, port.path() + " can be opened", ""};
 }
 
-Finding unseen_coils(const EmFrame& frame, const aurora::CoilMap& map) {
-  std::string out;
-  for (int i = 0; i < frame.coil_count; ++i) {
-    const bool is_ok = frame.coils[static_cast<std::size_t>(i)].status == CoilStatus::kOk;
-    out += map.plug(i) && !is_ok ? format(" %d", i + 1) : "";
-  }
-  return out.empty() ? Finding{Verdict::kGood, "all coils are measured", ""}
-                     : Finding{Verdict::kAdvice, "no position of sensors" + out,
-                               "bring the catheter into the measurement volume; try other coils if it stays"};
+Finding no_measurement(const Examination& examination, const aurora::Session& session) {
+  const TrackerStartup startup = read_startup(session.exchange().trace());
+  std::string found = format("no measurement in %d s", examination.waited_s());
+  found += startup.doing.empty() ? "" : "; the last that was said: " + startup.doing;
+  found += startup.errors.empty() ? "" : "; answered with " + startup.error_text();
+  return {Verdict::kWrong, examination.complaint().empty() ? found : examination.complaint() + "; " + found,
+          "doctor --tracker --trace FOLDER writes what was said; README of drivers/aurora_serial"};
 }
 
-Finding rate(int measurements) {
-  const double hz = measurements / std::chrono::duration<double>(kMeasuredFor).count();
-  const std::string found = format("%.1f measurements a second", hz);
-  return hz > 0.9 * kUsualRateHz
-             ? Finding{Verdict::kGood, found, ""}
-             : Finding{Verdict::kAdvice, found + format(", an Aurora makes %.0f", kUsualRateHz),
-                       "raise aurora-serial.baud (8 coils need 230400); look at the errors of the line"};
-}
-
-Finding errors(const aurora::PollerCounts& counts, bool uses_text) {
-  const std::string found =
-      format(
-          "%llu questions: %llu without a whole answer, %llu ERRORs, %llu answers refused, %llu "
-          "measurements missed",
-          static_cast<unsigned long long>(counts.polls), static_cast<unsigned long long>(counts.unanswered),
-          static_cast<unsigned long long>(counts.errors), static_cast<unsigned long long>(counts.refused),
-          static_cast<unsigned long long>(counts.missed)) +
-      (uses_text ? "; BX does not work, TX is used" : "");
-  const bool good = counts.unanswered + counts.errors + counts.refused <= counts.polls / 100 && !uses_text;
-  return good ? Finding{Verdict::kGood, found, ""}
-              : Finding{Verdict::kAdvice, found, "look at cable and adapter; try a lower aurora-serial.baud"};
+Finding written_trace(const std::filesystem::path& folder, const aurora::Session& session) {
+  const bool written = TraceFolder(folder.string(), "aurora-serial")
+                           .write_on_request(session.exchange().trace(), "aurora-serial, tubectl doctor");
+  return written
+             ? Finding{Verdict::kGood,
+                       (folder / "aurora-serial-request.log").string() + " has what went over the line", ""}
+             : Finding{Verdict::kAdvice, "no trace could be written", "does " + folder.string() + " exist?"};
 }
 
 }  // namespace
 
-std::vector<NamedFinding> examine_port(const Configuration& configuration) {
+PortExamination examine_port(const Configuration& configuration) {
   if (!is_aurora(configuration)) {
-    return examine_can_port(configuration);
+    return {examine_can_port(configuration), {}};
   }
   SerialPort port(configuration.em_source.device);
   const int error = port.open();
   if (error == 0) {
-    return {{"tracker port", {Verdict::kGood, port.path() + " can be opened", ""}}};
+    port.look_around(kLongestLook);
+    const AdapterFacts adapter{std::string(port.device_name().text()), port.adapter(),
+                               port.latency_timer_ms()};
+    return {{{"tracker port", opened(port)}, {"tracker adapter", adapter_finding(adapter)}}, adapter};
   }
   if (error == EBUSY) {
-    return {{"tracker port",
-             {Verdict::kNote, port.path() + " is in use, by tubed if that runs",
-              "stop it before doctor --tracker; while it runs, touch TRACE_FOLDER/"
-              "aurora-serial-request has it write what goes over the line"}}};
+    return {{{"tracker port", in_use(port)}}, {}};
   }
-  return {
-      {"tracker port", {Verdict::kWrong, port.path() + " " + std::string(describe_open_error(error)), ""}}};
+  return {{{"tracker port", {Verdict::kWrong, std::string(port.explain(error).text()), ""}}}, {}};
 }
 
-std::vector<NamedFinding> examine_tracker(const Configuration& configuration,
-                                          const std::filesystem::path& trace_folder) {
+TrackerExamination examine_tracker(const Configuration& configuration, const PortExamination& port,
+                                   const std::filesystem::path& trace_folder,
+                                   const std::function<void(const std::string&)>& on_progress) {
   if (configuration.em_source.driver == "aurora-can") {
-    return examine_can_bus(configuration);
+    return {examine_can_bus(configuration), ""};
   }
   if (!is_aurora(configuration)) {
     return {
-        {"tracker",
-         {Verdict::kNote,
-          "em.driver is \"" + configuration.em_source.driver + "\": nothing to talk to at a port or a bus",
-          ""}}};
+        {{"tracker",
+          {Verdict::kNote,
+           "em.driver is \"" + configuration.em_source.driver + "\": nothing to talk to at a port or a bus",
+           ""}}},
+        ""};
   }
-  AuroraSerialSource source(configuration.room, configuration.em_source.settings,
+  // The daemon's own traces are not written over.
+  AuroraSerialSource source(configuration.room,
+                            configuration.em_source.settings.with("trace_folder", std::string()),
                             configuration.em_source.device);
   Examination examination(source);
-  const bool measures = examination.wait_for_measurement(monotonic_now() + kPatience);
   const aurora::Session& session = source.session();
-  std::vector<NamedFinding> findings;
-  if (measures) {
+  TrackerExamination result;
+  if (examination.wait_for_measurement(on_progress)) {
+    on_progress(format("measuring for %d s", static_cast<int>(kMeasuredFor.count())));
     examination.read_for(kMeasuredFor);
-    findings = {{"tracker", firmware(session)},
-                {"coils", coils(session)},
-                {"positions", unseen_coils(examination.newest(), session.coils())},
-                {"tracker rate", rate(examination.measurements())},
-                {"tracker line", errors(session.poller().counts(), session.poller().uses_text())}};
+    result.findings =
+        findings_of_tracking(session, {examination.newest(), examination.measurements(), kMeasuredFor},
+                             port.adapter, configuration.em_source.settings.get<std::string>("baud"));
   } else {
-    findings = {{"tracker",
-                 {Verdict::kWrong,
-                  examination.complaint().empty() ? "no measurement in 12 s" : examination.complaint(),
-                  "doctor --tracker --trace FOLDER writes what was said; README of "
-                  "drivers/aurora_serial"}}};
+    result.findings = {{"tracker", no_measurement(examination, session)}};
+    if (!session.found().empty()) {
+      result.findings.push_back({"tracker handles", handle_finding(session)});
+    }
   }
   if (!trace_folder.empty()) {
-    const bool written = TraceFolder(trace_folder.string(), "aurora-serial")
-                             .write_on_request(session.exchange().trace(), "aurora-serial, tubectl doctor");
-    findings.push_back({"trace", written ? Finding{Verdict::kGood,
-                                                   (trace_folder / "aurora-serial-request.log").string() +
-                                                       " has what went over the line",
-                                                   ""}
-                                         : Finding{Verdict::kAdvice, "no trace could be written",
-                                                   "does " + trace_folder.string() + " exist?"}});
+    result.findings.push_back({"trace", written_trace(trace_folder, session)});
   }
+  std::vector<NamedFinding> all = port.findings;
+  all.insert(all.end(), result.findings.begin(), result.findings.end());
+  result.report = report_for_help(configuration, port.adapter, &session, all);
   source.close();
-  return findings;
+  return result;
 }
 
 }  // namespace tubed

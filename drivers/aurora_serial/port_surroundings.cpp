@@ -10,10 +10,8 @@ namespace tubed {
 
 namespace {
 
-using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr milliseconds kLongestLook{20};
 constexpr seconds kBetweenLooks{1};
 constexpr int kBestLatencyTimer_ms = 1;
 constexpr int kUsualLatencyTimer_ms = 16;
@@ -48,28 +46,29 @@ aurora::Problem PortSurroundings::note() const noexcept {
     words << " has " << path_ << " open as well, and each takes bytes from the other: close that program";
   }
   if (latency_timer_ms_.value_or(0) > kBestLatencyTimer_ms) {
-    const auto late = describe_latency_timer(*latency_timer_ms_, device_name(places_, device_).text());
+    const auto late = describe_latency_timer(*latency_timer_ms_, name().text());
     words << (words.empty() ? "" : "; ") << late.text();
   }
   return words;
 }
 
-aurora::Problem PortSurroundings::explain(int error, int lock_owner) noexcept {
+aurora::Problem PortSurroundings::explain(int error, int lock_owner,
+                                          std::chrono::nanoseconds longest) noexcept {
   if (error == EBUSY) {
-    return explain_use(lock_owner);
+    return explain_use(lock_owner, longest);
   }
   others_.begin();
   return is_absence(error) ? explain_absence(error)
                            : aurora::Problem(path_) << " " << describe_open_error(error);
 }
 
-aurora::Problem PortSurroundings::explain_use(int lock_owner) noexcept {
+aurora::Problem PortSurroundings::explain_use(int lock_owner, std::chrono::nanoseconds longest) noexcept {
   PortHolder holder = lock_owner > 0 ? program_of(places_, lock_owner) : others_.found();
   const MonotonicTime now = monotonic_now();
   struct stat port {};
   if (lock_owner <= 0 && now >= next_look_ && ::stat(path_.c_str(), &port) == 0) {
     next_look_ = now + kBetweenLooks;
-    others_.look(port.st_rdev, now + kLongestLook);
+    others_.look(port.st_rdev, now + longest);
     holder = others_.found();
   }
   aurora::Problem words(path_);
@@ -100,7 +99,8 @@ std::string_view describe_open_error(int error) noexcept {
   switch (error) {
     case EACCES:
     case EPERM:
-      return "may not be opened: add the daemon's user to the group of the port (dialout)";
+      return "may not be opened: add the daemon's user to the group of the port (dialout, tubed for NDI's "
+             "own)";
     case EBUSY:
       return "is used by another program: close that (fuser -v with this path, as root, names it)";
     case ENOENT:

@@ -26,16 +26,25 @@ class PortSurroundings {
   /// timer. Empty mostly.
   [[nodiscard]] aurora::Problem note() const noexcept;
   [[nodiscard]] std::optional<int> latency_timer() const noexcept { return latency_timer_ms_; }
+  /// Of the device in /dev, as of the newest opened().
+  [[nodiscard]] aurora::Words<32> name() const noexcept { return device_name(places_, device_); }
   /// The adapter as of the newest opened().
   [[nodiscard]] const std::optional<UsbIdentity>& adapter() const noexcept { return adapter_; }
 
+  /// Another program that has the open port open as well; process 0: none was seen.
+  [[nodiscard]] const PortHolder& other_program() const noexcept { return others_.found(); }
+
   /// Why the port could not be opened, and what to do: a sentence with its path. `error`: errno;
   /// `lock_owner`: the process that has it locked, 0: not known. May be asked ten times a second: looks for
-  /// the holder once a second, for 20 ms at most.
-  aurora::Problem explain(int error, int lock_owner) noexcept;
+  /// the holder once a second, for `longest` at most.
+  aurora::Problem explain(int error, int lock_owner,
+                          std::chrono::nanoseconds longest = kLongestLook) noexcept;
+
+  /// How long looking for other programs may keep a thread that reads nothing yet.
+  static constexpr std::chrono::milliseconds kLongestLook{20};
 
  private:
-  aurora::Problem explain_use(int lock_owner) noexcept;
+  aurora::Problem explain_use(int lock_owner, std::chrono::nanoseconds longest) noexcept;
   [[nodiscard]] aurora::Problem explain_absence(int error) const noexcept;
 
   std::string path_;

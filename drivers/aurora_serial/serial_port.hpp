@@ -26,9 +26,11 @@ class SerialPort final : public aurora::ByteChannel {
   [[nodiscard]] bool is_open() const noexcept { return descriptor_ >= 0; }
   [[nodiscard]] const std::string& path() const noexcept { return surroundings_.path(); }
   /// Why the newest open() gave `error`, and what to do: a sentence with the path, and with the program that
-  /// has the port, or the name under which the adapter is back.
-  [[nodiscard]] aurora::Problem explain(int error) noexcept {
-    return surroundings_.explain(error, lock_owner_);
+  /// has the port, or the name under which the adapter is back. Looks for that program for `longest` at most,
+  /// and once a second at most.
+  [[nodiscard]] aurora::Problem explain(
+      int error, std::chrono::nanoseconds longest = PortSurroundings::kLongestLook) noexcept {
+    return surroundings_.explain(error, lock_owner_, longest);
   }
   /// Of the open port: what a person should know (see PortSurroundings::note), as of the newest look.
   [[nodiscard]] aurora::Problem note() const noexcept {
@@ -36,9 +38,14 @@ class SerialPort final : public aurora::ByteChannel {
   }
   /// Looks for what note() says, for `longest` at most; a look that is not finished goes on at the next call.
   void look_around(std::chrono::nanoseconds longest) noexcept;
+  /// As of the newest look at the open port; process 0: none was seen.
+  [[nodiscard]] const PortHolder& other_program() const noexcept { return surroundings_.other_program(); }
   /// Milliseconds for which FTDI's chip holds bytes back, read back after 1 ms was asked for; nothing for
   /// other adapters.
   [[nodiscard]] std::optional<int> latency_timer_ms() const noexcept { return surroundings_.latency_timer(); }
+  /// "ttyUSB0", whatever the path was, as of the newest successful open(); empty when the kernel does not
+  /// say.
+  [[nodiscard]] aurora::Words<32> device_name() const noexcept { return surroundings_.name(); }
   /// The USB adapter, as of the newest successful open().
   [[nodiscard]] const std::optional<UsbIdentity>& adapter() const noexcept { return surroundings_.adapter(); }
 

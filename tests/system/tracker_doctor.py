@@ -1,6 +1,8 @@
 """tubectl doctor on a tracker: an emulated Aurora at a pseudo-terminal."""
 import json
 import pathlib
+import socket
+import time
 
 import bed as beds
 from aurora_faults import Room
@@ -19,13 +21,21 @@ def the_doctor_says_what_an_aurora_has(bed):
     traces = bed.folder / "traces"
     traces.mkdir()
     found = findings_of(room, "--tracker", "--trace", str(traces))
-    for name in ("tracker port", "tracker", "coils", "positions", "tracker rate", "tracker line", "trace"):
+    for name in ("tracker port", "tracker adapter", "tracker", "tracker handles", "coils", "positions", "tracker rate", "tracker replies",
+                 "tracker line", "trace", "report"):
         check(name in found, f"nothing about {name}: {sorted(found)}")
         say(f"{name}: {found[name]['verdict']}: {found[name]['found']}")
     check("AURORA Rev 008" in found["tracker"]["found"], found["tracker"])
     check("115200 baud" in found["tracker"]["found"], found["tracker"])
     check("port 3 channel 0: sensor 5" in found["coils"]["found"], found["coils"])
     check(found["coils"]["verdict"] == "good", found["coils"])
+    check("5 allocated, 5 enabled" in found["tracker handles"]["found"], found["tracker handles"])
+    check(found["tracker replies"]["found"] == "BX, binary", found["tracker replies"])
+    report = found["report"]["found"]
+    for words in ("tubed ", "Linux", "AURORA Rev 008", "API D.001.007", "handle 0C port 3 channel 0 serial number 3C4B0003 sensor 5"):
+        check(words in report, f"{words} is not in: {report}")
+    for secret in (socket.gethostname(), str(bed.folder)):
+        check(secret not in report, f"{secret} is in: {report}")
     log = pathlib.Path(traces / "aurora-serial-request.log").read_text(encoding="ascii")
     check(log.startswith("tubed wire log 1\n") and "> TSTART:" in log, "the trace is not one")
 
@@ -42,6 +52,17 @@ def the_doctor_names_a_missing_coil_and_a_missing_port(bed):
     check(found["coils"]["verdict"] == "WRONG", found["coils"])
     for words in ("sensor 3 (port 2 channel 0)", "sensor 4 (port 2 channel 1)"):
         check(words in found["coils"]["found"], f"{words} is not said: {found['coils']}")
+
+
+def the_doctor_waits_for_tools_that_are_read_slowly(bed):
+    room = Room(bed)
+    room.switch_on("--slow-pinit")
+    begun = time.monotonic()
+    said = room.bed.tubectl("doctor", "--config", str(room.file), "--tracker")
+    say(f"{time.monotonic() - begun:.1f} s\n{said.stderr}{said.stdout[said.stdout.find('tracker port'):]}")
+    check("good:   tracker: firmware" in said.stdout, said.stdout)
+    check("PINIT of handle 0B, 2 of 3" in said.stderr, said.stderr)
+    check("Copy this when you ask for help:\n" in said.stdout, said.stdout)
 
 
 def a_missing_coil_is_told_as_long_as_it_is_missing(bed):
@@ -64,4 +85,4 @@ def a_missing_coil_is_told_as_long_as_it_is_missing(bed):
 
 if __name__ == "__main__":
     beds.main(the_doctor_says_what_an_aurora_has, the_doctor_names_a_missing_coil_and_a_missing_port,
-              a_missing_coil_is_told_as_long_as_it_is_missing)
+              the_doctor_waits_for_tools_that_are_read_slowly, a_missing_coil_is_told_as_long_as_it_is_missing)

@@ -89,6 +89,7 @@ TEST_F(AdapterAtAPort, IsIdentifiedByItsUsbDevice) {
   ASSERT_EQ(port.open(), 0);
   ASSERT_TRUE(port.adapter());
   EXPECT_EQ(describe(*port.adapter()).text(), "0403:6001, serial number FT1234");
+  EXPECT_EQ(port.device_name().text(), "ttyUSB0");
 }
 
 // cdc_acm's tty belongs to the interface itself.
