@@ -1,5 +1,7 @@
 #include "clients/tubectl/doctor_tracker.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -107,10 +109,25 @@ Finding in_use(SerialPort& port) {
 }
 
 Finding opened(const SerialPort& port) {
-  if (port.other_program().process != 0) {
-    return {Verdict::kAdvice, port.path() + " can be opened", std::string(port.note().text())};
+  const PortHolder& other = port.other_program();
+  if (other.process == 0) {
+    return {Verdict::kGood, port.path() + " can be opened", ""};
   }
-  return {Verdict::kGood, port.path() + " can be opened", ""};
+  return {Verdict::kAdvice,
+          port.path() + " can be opened, but " + std::string(other.program.text()) +
+              format(" (process %d) has it open as well: each takes bytes from the other", other.process),
+          "close that program"};
+}
+
+/// Also of a port that somebody else has.
+AdapterFacts adapter_at(const std::string& path) {
+  struct stat port {};
+  if (::stat(path.c_str(), &port) != 0) {
+    return {};
+  }
+  const SystemPlaces places;
+  return {true, std::string(device_name(places, port.st_rdev).text()), usb_identity(places, port.st_rdev),
+          latency_timer_ms(places, port.st_rdev)};
 }
 
 Finding no_measurement(const Examination& examination, const aurora::Session& session) {
@@ -139,16 +156,16 @@ PortExamination examine_port(const Configuration& configuration) {
   }
   SerialPort port(configuration.em_source.device);
   const int error = port.open();
+  port.look_around(kLongestLook);
+  PortExamination result{{}, adapter_at(port.path())};
   if (error == 0) {
-    port.look_around(kLongestLook);
-    const AdapterFacts adapter{std::string(port.device_name().text()), port.adapter(),
-                               port.latency_timer_ms()};
-    return {{{"tracker port", opened(port)}, {"tracker adapter", adapter_finding(adapter)}}, adapter};
+    result.findings = {{"tracker port", opened(port)}, {"tracker adapter", adapter_finding(result.adapter)}};
+  } else if (error == EBUSY) {
+    result.findings = {{"tracker port", in_use(port)}};
+  } else {
+    result.findings = {{"tracker port", {Verdict::kWrong, std::string(port.explain(error).text()), ""}}};
   }
-  if (error == EBUSY) {
-    return {{{"tracker port", in_use(port)}}, {}};
-  }
-  return {{{"tracker port", {Verdict::kWrong, std::string(port.explain(error).text()), ""}}}, {}};
+  return result;
 }
 
 TrackerExamination examine_tracker(const Configuration& configuration, const PortExamination& port,

@@ -70,7 +70,7 @@ std::string without_folders(std::string text, const std::string& path) {
 
 std::string adapter_text(const AdapterFacts& adapter) {
   if (!adapter.identity) {
-    return "no USB adapter";
+    return adapter.is_there ? "no USB adapter" : "not there";
   }
   return std::string(describe(*adapter.identity).text()) +
          (adapter.latency_timer_ms ? format(", latency timer %d ms", *adapter.latency_timer_ms)

@@ -19,12 +19,13 @@ struct NamedFinding {
 
 /// What the port's adapter is.
 struct AdapterFacts {
+  bool is_there = false;    ///< the port's device; nothing else is known of one that is not
   std::string device_name;  ///< as "ttyUSB0"; empty when the kernel does not say
   std::optional<UsbIdentity> identity;
   std::optional<int> latency_timer_ms;
 };
 
-/// "0403:da74, serial number 1, latency timer 1 ms", or that there is no USB adapter.
+/// "0403:da74, serial number 1, latency timer 1 ms", or that the port is not there or no USB adapter.
 std::string adapter_text(const AdapterFacts& adapter);
 
 /// "handle 0A port 1 channel 0 serial number 3C4B0001 sensor 1" or why it is not tracked.

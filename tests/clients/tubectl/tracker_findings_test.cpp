@@ -32,12 +32,12 @@ TEST(TrackerFindings, BxThatIsLostIsToldFromBxThatIsRefused) {
 
 TEST(TrackerFindings, AnAdapterThatHoldsRepliesBackGetsItsCure) {
   const UsbIdentity identity{0x0403, 0x6001, 0, aurora::Words<64>("FT1234")};
-  const Finding slow = adapter_finding({"ttyUSB0", identity, 16});
+  const Finding slow = adapter_finding({true, "ttyUSB0", identity, 16});
   EXPECT_EQ(slow.verdict, Verdict::kAdvice);
   EXPECT_TRUE(says(slow.found, "latency timer 16 ms")) << slow.found;
   EXPECT_TRUE(says(slow.advice, "ttyUSB0/latency_timer")) << slow.advice;
-  EXPECT_EQ(adapter_finding({"ttyUSB0", identity, 1}).verdict, Verdict::kGood);
-  EXPECT_EQ(adapter_finding({"ttyUSB0", identity, std::nullopt}).verdict, Verdict::kGood);
+  EXPECT_EQ(adapter_finding({true, "ttyUSB0", identity, 1}).verdict, Verdict::kGood);
+  EXPECT_EQ(adapter_finding({true, "ttyUSB0", identity, std::nullopt}).verdict, Verdict::kGood);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ Configuration aurora_at(const std::string& device) {
 
 AdapterFacts slow_adapter() {
   UsbIdentity identity{0x0403, 0x6001, 0, aurora::Words<64>("FT1234")};
-  return {"ttyUSB0", identity, 16};
+  return {true, "ttyUSB0", identity, 16};
 }
 
 TEST(TrackerReport, NamesVersionAdapterAndLatencyTimer) {
@@ -35,7 +35,7 @@ TEST(TrackerReport, HasWhatIsNotGoodAndNoNameOfAFolder) {
       << text;
   EXPECT_EQ(text.find("sensor 1"), std::string::npos) << text;
   EXPECT_EQ(text.find("surgeon"), std::string::npos) << text;
-  EXPECT_NE(text.find("no USB adapter"), std::string::npos) << text;
+  EXPECT_NE(text.find("port aurora: not there"), std::string::npos) << text;
 }
 
 TEST(TrackerReport, SaysOfEachHandleWhereItIsAndWhyItIsNotUsable) {
