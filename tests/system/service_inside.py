@@ -72,6 +72,7 @@ def the_package_starts_nothing_by_itself():
     expect(command("systemctl", "is-enabled", UNIT).stdout.strip() == "disabled", "the unit is enabled after installation")
     expect(shown("ActiveState") == "inactive", f"the unit is {shown('ActiveState')} after installation")
     expect(command("id", "-un", "tubed").stdout.strip() == "tubed", "no user tubed")
+    expect("dialout" in command("id", "-Gn", "tubed").stdout.split(), "user tubed may not open serial adapters")
 
 
 def it_is_ready_when_it_publishes():
@@ -82,6 +83,8 @@ def it_is_ready_when_it_publishes():
     ready_s = time.monotonic() - begun
     answer = command("tubectl", "echo", "--json", "--count", "1", "--seconds", "2")
     expect(answer.returncode == 0, "ready, but a subscriber gets nothing")
+    logs = pathlib.Path("/var/log/tubed")
+    expect(logs.is_dir() and logs.owner() == "tubed", "no folder for traces of the tracker's line")
     wait_until(lambda: "cath-1" in shown("StatusText"), "a status in words", 3)
     return f"ready after {ready_s:.2f} s; status: {shown('StatusText')}"
 
