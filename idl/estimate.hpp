@@ -106,7 +106,7 @@ enum class StageState : std::uint32_t {
 struct StageReport {
   StageState state = StageState::kStarting;
   std::int64_t since_ns = 0;    ///< when the state was entered
-  std::array<char, 128> why{};  ///< zero-terminated, in words
+  std::array<char, 256> why{};  ///< zero-terminated, in words: the cause first
   std::uint64_t steps = 0;
   std::uint64_t outputs = 0;
   std::uint64_t dropped = 0;  ///< superseded before use, or ring full

@@ -35,7 +35,7 @@ bool is_aurora(const Configuration& configuration) {
   return configuration.em_source.driver == "aurora-serial";
 }
 
-/// Reads until `end`; what open() complained about on the way, newest last.
+/// Reads until `end`; keeps what the source said last while it did not measure.
 class Examination {
  public:
   explicit Examination(AuroraSerialSource& source) : source_(source) {}
@@ -71,21 +71,15 @@ class Examination {
 
  private:
   bool read_once(MonotonicTime end) {
-    if (!open_) {
-      const OpenResult opened = source_.open();
-      open_ = opened.ok;
-      complaint_ = opened.ok ? complaint_ : opened.why;
-      if (!open_) {
-        source_.close();
-        return false;
-      }
-    }
     const ReadOutcome outcome = source_.read(frame_, std::min(end, monotonic_now() + milliseconds(50)));
-    if (outcome == ReadOutcome::kLost) {
-      source_.close();
-      open_ = false;
+    const SourceCondition condition = source_.condition();
+    if (outcome == ReadOutcome::kFrame) {
+      return true;
     }
-    return outcome == ReadOutcome::kFrame;
+    if (condition.state != DeviceState::kRunning && !condition.words.empty()) {
+      complaint_ = condition.words.text();
+    }
+    return false;
   }
 
   AuroraSerialSource& source_;
@@ -94,7 +88,6 @@ class Examination {
   int measurements_ = 0;
   int waited_s_ = 0;
   MonotonicTime end_ = MonotonicTime::max();  ///< of waiting for a measurement
-  bool open_ = false;
 };
 
 Finding in_use(SerialPort& port) {

@@ -173,7 +173,7 @@ Finding reply_finding(ReplyForm form, const aurora::PollerCounts& counts, const 
 std::vector<NamedFinding> findings_of_tracking(const aurora::Session& session,
                                                const TrackerMeasurements& measured,
                                                const AdapterFacts& adapter, const std::string& wanted_baud) {
-  const ReplyForm form = session.poller().uses_text() ? ReplyForm::kText : ReplyForm::kBinary;
+  const ReplyForm form = session.poller().encoding().uses_text() ? ReplyForm::kText : ReplyForm::kBinary;
   return {{"tracker", firmware(session, wanted_baud)},
           {"tracker handles", handle_finding(session)},
           {"coils", coils(session)},

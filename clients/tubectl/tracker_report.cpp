@@ -31,7 +31,7 @@ std::string tracker_text(const aurora::Session& session) {
     text += format(", API %c.%03d.%03d", revision->family, revision->major, revision->minor);
   }
   text += format(", %d baud", session.baud());
-  return text + (session.poller().uses_text() ? ", TX" : ", BX");
+  return text + (session.poller().encoding().uses_text() ? ", TX" : ", BX");
 }
 
 std::string counts_text(const aurora::PollerCounts& counts) {

@@ -12,7 +12,7 @@
 #include "daemon/pipeline/doorbell.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
 #include "daemon/pipeline/stage.hpp"
-#include "drivers/interface/remark.hpp"
+#include "drivers/interface/condition.hpp"
 #include "drivers/interface/source.hpp"
 
 namespace tubed {
@@ -24,7 +24,7 @@ class SourceSession {
  public:
   SourceSession(std::unique_ptr<Source> source, const PipelineSettings& settings)
       : source_(std::move(source)),
-        remarks_(dynamic_cast<HasRemark*>(source_.get())),
+        conditions_(dynamic_cast<HasCondition*>(source_.get())),
         first_back_off_(to_duration(settings.reconnect_first_ms)),
         last_back_off_(to_duration(settings.reconnect_last_ms)),
         back_off_(first_back_off_) {}
@@ -43,11 +43,15 @@ class SourceSession {
     if (!open_ && !try_open(clock)) {
       return false;
     }
-    switch (source_->read(frame, clock.now() + kPatience)) {
+    const ReadOutcome outcome = source_->read(frame, clock.now() + kPatience);
+    take_condition();
+    switch (outcome) {
       case ReadOutcome::kFrame:
-        state_ = StageState::kRunning;
         back_off_ = first_back_off_;
-        say_remark();
+        if (conditions_ == nullptr) {
+          state_ = StageState::kRunning;
+          say("");
+        }
         return true;
       case ReadOutcome::kTimeout:
         break;
@@ -114,23 +118,43 @@ class SourceSession {
     back_off_ = std::min(2 * back_off_, last_back_off_);
   }
 
-  // A source may run and yet lack something.
-  void say_remark() noexcept {
-    const std::string_view remark = remarks_ == nullptr ? std::string_view() : remarks_->remark();
-    std::snprintf(why_.data(), why_.size(), "%.*s", static_cast<int>(remark.size()), remark.data());
+  // A source that looks for its device by itself says where it is; a device that delivers again after it was away
+  // has been found again.
+  void take_condition() noexcept {
+    if (conditions_ == nullptr) {
+      return;
+    }
+    const SourceCondition condition = conditions_->condition();
+    const StageState before = state_;
+    state_ = stage_state(condition.state);
+    reconnects_ += before == StageState::kReconnecting && state_ == StageState::kRunning ? 1 : 0;
+    const std::string_view words = condition.words.text();
+    std::snprintf(why_.data(), why_.size(), "%.*s", static_cast<int>(words.size()), words.data());
+  }
+
+  static StageState stage_state(DeviceState state) noexcept {
+    switch (state) {
+      case DeviceState::kStarting:
+        return StageState::kStarting;
+      case DeviceState::kRunning:
+        return StageState::kRunning;
+      case DeviceState::kReconnecting:
+        break;
+    }
+    return StageState::kReconnecting;
   }
 
   void say(const char* why) noexcept { std::snprintf(why_.data(), why_.size(), "%s", why); }
 
   std::unique_ptr<Source> source_;
-  HasRemark* remarks_;  ///< the same object, when it has something to say
+  HasCondition* conditions_;  ///< the same object, when it looks for its device by itself
   std::chrono::nanoseconds first_back_off_;
   std::chrono::nanoseconds last_back_off_;
   std::chrono::nanoseconds back_off_;
   MonotonicTime next_try_{};
   Doorbell bell_;
   StageState state_ = StageState::kStarting;
-  std::array<char, 128> why_{};
+  std::array<char, 256> why_{};
   std::uint64_t refused_ = 0;
   std::uint64_t reconnects_ = 0;
   bool open_ = false;

@@ -81,6 +81,8 @@ class Poller {
   [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept;
   /// Of the newest measurement.
   [[nodiscard]] SystemStatus system_status() const noexcept { return system_status_; }
+  /// Newest status that a reply had of the handle at `index` of start().
+  [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept { return newest_[index]; }
   /// Frame number of the newest reply, believed or not.
   [[nodiscard]] std::uint32_t newest_number() const noexcept { return newest_number_; }
 

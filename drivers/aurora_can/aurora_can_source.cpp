@@ -48,22 +48,10 @@ AuroraCanSource::AuroraCanSource(const RoomDescription& room, const DriverSettin
 }
 
 OpenResult AuroraCanSource::open() {
-  if (problem_.empty() && !port_->is_open()) {
-    next_try_ = {};
-    open_port(monotonic_now());
-  }
-  if (!problem_.empty()) {
-    OpenResult result{false, std::string(problem_.text())};
-    told_ = problem_;
-    problem_.clear();
-    keep_ = true;
-    return result;
-  }
-  keep_ = false;
+  next_try_ = {};
   return {true, {}};
 }
 
-// What is wrong for the same reason as before is no news.
 bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
   if (now < next_try_) {
     return false;
@@ -76,24 +64,13 @@ bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
     counts_when_silent_ = assembler_.counts();
     return true;
   }
-  aurora::Problem problem(port_->name());
-  problem << " " << port_->describe(error);
-  if (!(problem == told_)) {
-    problem_ = problem;
-  }
+  not_measuring(aurora::Problem(port_->name()) << " " << port_->describe(error));
   return false;
 }
 
 ReadOutcome AuroraCanSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
   while (!port_->is_open()) {
-    if (open_port(monotonic_now())) {
-      break;
-    }
-    if (!problem_.empty()) {
-      keep_ = true;
-      return ReadOutcome::kLost;
-    }
-    if (!sleep_until(next_try_, deadline)) {
+    if (!open_port(monotonic_now()) && !sleep_until(next_try_, deadline)) {
       return ReadOutcome::kTimeout;
     }
   }
@@ -219,20 +196,14 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   if (!origin_known(now)) {
     return ReadOutcome::kTimeout;
   }
-  if (status && status->is_measuring() && status->coil_count < coil_count_ && !coils_told_) {
-    coils_told_ = true;
-    aurora::Problem problem(port_->name());
-    problem << ": the gateway sends " << status->coil_count << " coils, the configuration has sensors up to "
-            << coil_count_;
-    return tell(problem);
-  }
   if (!guard_.believe(made)) {
     ++counts_.leaps;
     return ReadOutcome::kRefused;
   }
   last_measured_ = made.measured;
   frame = made;
-  told_.clear();
+  measures_ = has_measured_ = true;
+  trouble_.clear();
   return ReadOutcome::kFrame;
 }
 
@@ -251,9 +222,18 @@ void AuroraCanSource::look_at_losses(MonotonicTime now) noexcept {
   losing_until_ = now + kLossesLast;
 }
 
+SourceCondition AuroraCanSource::condition() noexcept {
+  SourceCondition condition;
+  condition.state = measures_       ? DeviceState::kRunning
+                    : has_measured_ ? DeviceState::kReconnecting
+                                    : DeviceState::kStarting;
+  condition.words = measures_ ? losses_and_lacks() : trouble_;
+  return condition;
+}
+
 // In the order in which a person has to look.
-std::string_view AuroraCanSource::remark() noexcept {
-  remark_.clear();
+aurora::Problem AuroraCanSource::losses_and_lacks() const noexcept {
+  aurora::Problem words;
   const auto since = [](std::uint64_t newest, std::uint64_t beginning) {
     return static_cast<int>(std::min<std::uint64_t>(newest - beginning, 999'999'999));
   };
@@ -262,20 +242,25 @@ std::string_view AuroraCanSource::remark() noexcept {
     const int measurements = since(losses_.measurements, losses_at_beginning_.measurements);
     const int overflowed = since(losses_.overflowed, losses_at_beginning_.overflowed);
     if (overflowed > 0) {
-      remark_ << port_->name() << ": " << overflowed << " frames thrown away here, read too late";
+      words << port_->name() << ": " << overflowed << " frames thrown away here, read too late";
     } else if (coils + measurements > 0) {
-      remark_ << port_->name() << " loses frames: " << coils << " coils, " << measurements
-              << " measurements did not come whole";
+      words << port_->name() << " loses frames: " << coils << " coils, " << measurements
+            << " measurements did not come whole";
     }
-    return remark_.text();
+    return words;
+  }
+  const auto& status = assembler_.status();
+  if (status && status->is_measuring() && status->coil_count < coil_count_) {
+    return words << port_->name() << ": the gateway sends " << status->coil_count
+                 << " coils, the configuration has sensors up to " << coil_count_;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(coil_count_); ++i) {
     if (used_[i] && disabled_[i]) {
-      remark_ << (remark_.empty() ? "not plugged in at the gateway: sensor " : ", sensor ")
-              << static_cast<int>(i + 1);
+      words << (words.empty() ? "not plugged in at the gateway: sensor " : ", sensor ")
+            << static_cast<int>(i + 1);
     }
   }
-  return remark_.text();
+  return words;
 }
 
 ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
@@ -285,7 +270,6 @@ ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
   counts_.overflowed += trouble.receive_overflow ? 1 : 0;
   if (trouble.restarted) {
     ++counts_.restarts;
-    told_.clear();  // the next bus-off is another one
     is_off_ = false;
   }
   if (!trouble.bus_off) {
@@ -293,7 +277,7 @@ ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
   }
   ++counts_.bus_offs;
   is_off_ = true;
-  return tell(bus_off());
+  return not_measuring(bus_off());
 }
 
 aurora::Problem AuroraCanSource::bus_off() const noexcept {
@@ -316,7 +300,7 @@ ReadOutcome AuroraCanSource::silent() noexcept {
   const auto& before = counts_when_silent_;
   silent_since_ = monotonic_now();
   if (is_off_) {
-    return tell(bus_off());  // which is why nothing comes
+    return not_measuring(bus_off());  // which is why nothing comes
   }
   aurora::Problem problem(port_->name());
   if (tracker_is_away(silent_since_)) {
@@ -336,29 +320,25 @@ ReadOutcome AuroraCanSource::silent() noexcept {
   }
   counts_when_silent_ = now;
   troubled_ = false;
-  return tell(problem);
+  return not_measuring(problem);
 }
 
 ReadOutcome AuroraCanSource::lose_port(int error) noexcept {
   port_->close();
   aurora::Problem problem(port_->name());
   problem << " " << port_->describe(error);
-  return tell(problem);
+  return not_measuring(problem);
 }
 
-ReadOutcome AuroraCanSource::tell(const aurora::Problem& problem) noexcept {
-  if (problem == told_) {
-    return ReadOutcome::kTimeout;
-  }
-  problem_ = problem;
-  keep_ = true;
-  return ReadOutcome::kLost;
+ReadOutcome AuroraCanSource::not_measuring(const aurora::Problem& problem) noexcept {
+  trouble_ = problem;
+  measures_ = false;
+  return ReadOutcome::kTimeout;
 }
 
 void AuroraCanSource::close() noexcept {
-  if (!keep_) {
-    port_->close();
-  }
+  port_->close();
+  measures_ = false;
 }
 
 AuroraCanCounts AuroraCanSource::counts() const noexcept {

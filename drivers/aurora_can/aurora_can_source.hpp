@@ -7,9 +7,9 @@
 #include "drivers/aurora/words.hpp"
 #include "drivers/aurora_can/can_port.hpp"
 #include "drivers/aurora_can/gateway_clock.hpp"
+#include "drivers/interface/condition.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/em_source.hpp"
-#include "drivers/interface/remark.hpp"
 #include "drivers/interface/room.hpp"
 
 namespace tubed {
@@ -26,9 +26,9 @@ struct AuroraCanCounts {
 
 /// An NDI Aurora behind a gateway on a CAN bus. Called by the EM acquisition thread.
 ///
-/// Whatever goes wrong is told once: read() says kLost, the next open() says why, and from then on read()
-/// goes on trying, ten times a second, so that an interface or a gateway that comes back is found at once.
-class AuroraCanSource final : public EmSource, public HasRemark {
+/// Interface and gateway are looked for by read() itself, ten times a second, so that what comes back is found at
+/// once: open() always succeeds, and what is wrong meanwhile stands in condition().
+class AuroraCanSource final : public EmSource, public HasCondition {
  public:
   /// Coil i of a frame is coil i of the gateway, sensor i + 1 of `room`.
   AuroraCanSource(const RoomDescription& room, const DriverSettings& settings, std::unique_ptr<CanPort> port);
@@ -36,8 +36,9 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   OpenResult open() override;
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override;
-  /// What was lost on the bus within the last five seconds; else which coils the gateway does not have.
-  [[nodiscard]] std::string_view remark() noexcept override;
+  /// While measurements come: what was lost on the bus within the last five seconds, else which coils the gateway
+  /// does not have.
+  [[nodiscard]] SourceCondition condition() noexcept override;
 
   [[nodiscard]] AuroraCanCounts counts() const noexcept;
   [[nodiscard]] const aurora::CanCoilAssembler::Counts& assembler_counts() const noexcept {
@@ -51,7 +52,8 @@ class AuroraCanSource final : public EmSource, public HasRemark {
 
  private:
   bool open_port(MonotonicTime now) noexcept;
-  ReadOutcome tell(const aurora::Problem& problem) noexcept;
+  ReadOutcome not_measuring(const aurora::Problem& problem) noexcept;
+  [[nodiscard]] aurora::Problem losses_and_lacks() const noexcept;
   ReadOutcome lose_port(int error) noexcept;
   ReadOutcome take_trouble(const CanTrouble& trouble) noexcept;
   ReadOutcome take_frame(const CanArrival& arrival, EmFrame& frame) noexcept;
@@ -96,17 +98,15 @@ class AuroraCanSource final : public EmSource, public HasRemark {
   bool troubled_ = false;
   bool is_off_ = false;  ///< the controller has left the bus
   aurora::CanCoilAssembler::Counts counts_when_silent_;
-  bool coils_told_ = false;
 
   Losses losses_;               ///< at the last measurement
   Losses losses_at_beginning_;  ///< of the time in which something was lost again and again
   MonotonicTime losing_until_{};
   std::array<bool, kMaxTrackerCoils> disabled_{};  ///< coils that the gateway does not have, at the moment
-  aurora::Problem remark_;
 
-  aurora::Problem problem_;  ///< to be told by the next open()
-  aurora::Problem told_;     ///< the last one that was told, until there is a measurement
-  bool keep_ = false;        ///< close() only pauses
+  aurora::Problem trouble_;  ///< why nothing is measured, until something is
+  bool measures_ = false;
+  bool has_measured_ = false;
   MonotonicTime next_try_{};
 };
 

@@ -13,7 +13,7 @@ namespace tubed {
 PortHolder program_of(const SystemPlaces& places, int process) noexcept {
   std::array<char, 64> room{};
   const PathText name("%s/%d/comm", places.proc.c_str(), process);
-  return {process, aurora::Words<32>(read_line(name, room))};
+  return {process, BoundedText<32>(read_line(name, room))};
 }
 
 void PortHolderSearch::begin() noexcept {

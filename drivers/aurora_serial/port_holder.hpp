@@ -11,7 +11,7 @@ namespace tubed {
 
 struct PortHolder {
   int process = 0;  ///< 0: nobody
-  aurora::Words<32> program;
+  BoundedText<32> program;
 
   friend bool operator==(const PortHolder&, const PortHolder&) = default;
 };

@@ -84,8 +84,8 @@ aurora::Problem PortSurroundings::explain_use(int lock_owner, std::chrono::nanos
 aurora::Problem PortSurroundings::explain_absence(int error) const noexcept {
   aurora::Problem words(path_);
   const std::string_view name = last_component(path_);
-  const aurora::Words<32> found =
-      adapter_ && name.starts_with("tty") ? find_adapter(places_, *adapter_) : aurora::Words<32>();
+  const BoundedText<32> found =
+      adapter_ && name.starts_with("tty") ? find_adapter(places_, *adapter_) : BoundedText<32>();
   if (found.empty() || found.text() == name) {
     return words << " " << describe_open_error(error);
   }

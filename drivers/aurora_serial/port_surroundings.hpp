@@ -27,7 +27,7 @@ class PortSurroundings {
   [[nodiscard]] aurora::Problem note() const noexcept;
   [[nodiscard]] std::optional<int> latency_timer() const noexcept { return latency_timer_ms_; }
   /// Of the device in /dev, as of the newest opened().
-  [[nodiscard]] aurora::Words<32> name() const noexcept { return device_name(places_, device_); }
+  [[nodiscard]] BoundedText<32> name() const noexcept { return device_name(places_, device_); }
   /// The adapter as of the newest opened().
   [[nodiscard]] const std::optional<UsbIdentity>& adapter() const noexcept { return adapter_; }
 

@@ -45,7 +45,7 @@ class SerialPort final : public aurora::ByteChannel {
   [[nodiscard]] std::optional<int> latency_timer_ms() const noexcept { return surroundings_.latency_timer(); }
   /// "ttyUSB0", whatever the path was, as of the newest successful open(); empty when the kernel does not
   /// say.
-  [[nodiscard]] aurora::Words<32> device_name() const noexcept { return surroundings_.name(); }
+  [[nodiscard]] BoundedText<32> device_name() const noexcept { return surroundings_.name(); }
   /// The USB adapter, as of the newest successful open().
   [[nodiscard]] const std::optional<UsbIdentity>& adapter() const noexcept { return surroundings_.adapter(); }
 

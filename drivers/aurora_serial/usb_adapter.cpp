@@ -37,7 +37,7 @@ std::optional<UsbIdentity> identity_at(const PathText& terminal) noexcept {
     if (number && vendor && product) {
       std::array<char, 128> room{};
       const PathText serial_number("%s/%s/../serial", terminal.c_str(), interface);
-      return UsbIdentity{*vendor, *product, *number, aurora::Words<64>(read_line(serial_number, room))};
+      return UsbIdentity{*vendor, *product, *number, BoundedText<64>(read_line(serial_number, room))};
     }
   }
   return std::nullopt;
@@ -55,15 +55,15 @@ std::optional<int> latency_timer_ms(const SystemPlaces& places, dev_t device) no
   return read ? std::optional(static_cast<int>(*read)) : std::nullopt;
 }
 
-aurora::Words<32> device_name(const SystemPlaces& places, dev_t device) noexcept {
+BoundedText<32> device_name(const SystemPlaces& places, dev_t device) noexcept {
   std::array<char, 512> room{};
-  return aurora::Words<32>(last_component(read_link(AT_FDCWD, folder_of(places, device).c_str(), room)));
+  return BoundedText<32>(last_component(read_link(AT_FDCWD, folder_of(places, device).c_str(), room)));
 }
 
-aurora::Words<32> find_adapter(const SystemPlaces& places, const UsbIdentity& identity) noexcept {
+BoundedText<32> find_adapter(const SystemPlaces& places, const UsbIdentity& identity) noexcept {
   FolderEntries terminals;
   terminals.open(PathText("%s/class/tty", places.sys.c_str()));
-  aurora::Words<32> found;
+  BoundedText<32> found;
   while (const char* const name = terminals.next()) {
     const std::string_view text(name);
     if (!text.starts_with("ttyUSB") && !text.starts_with("ttyACM")) {
@@ -79,22 +79,22 @@ aurora::Words<32> find_adapter(const SystemPlaces& places, const UsbIdentity& id
   return found;
 }
 
-aurora::Words<160> path_by_id(const SystemPlaces& places, std::string_view name) noexcept {
+BoundedText<160> path_by_id(const SystemPlaces& places, std::string_view name) noexcept {
   FolderEntries links;
   links.open(PathText("%s/serial/by-id", places.dev.c_str()));
   std::array<char, 512> room{};
   while (const char* const link = links.next()) {
     if (last_component(read_link(links.descriptor(), link, room)) == name) {
-      return aurora::Words<160>("/dev/serial/by-id/") << link;
+      return BoundedText<160>("/dev/serial/by-id/") << link;
     }
   }
   return {};
 }
 
-aurora::Words<96> describe(const UsbIdentity& identity) noexcept {
+BoundedText<96> describe(const UsbIdentity& identity) noexcept {
   std::array<char, 24> numbers{};
   std::snprintf(numbers.data(), numbers.size(), "%04x:%04x", identity.vendor, identity.product);
-  aurora::Words<96> words(numbers.data());
+  BoundedText<96> words(numbers.data());
   return identity.serial_number.empty() ? words
                                         : words << ", serial number " << identity.serial_number.text();
 }

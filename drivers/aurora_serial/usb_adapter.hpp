@@ -15,7 +15,7 @@ struct UsbIdentity {
   unsigned vendor = 0;
   unsigned product = 0;
   unsigned interface = 0;  ///< of an adapter with several ports
-  aurora::Words<64> serial_number;
+  BoundedText<64> serial_number;
 
   friend bool operator==(const UsbIdentity&, const UsbIdentity&) = default;
 };
@@ -28,16 +28,16 @@ std::optional<UsbIdentity> usb_identity(const SystemPlaces& places, dev_t device
 std::optional<int> latency_timer_ms(const SystemPlaces& places, dev_t device) noexcept;
 
 /// Name of the device in /dev, as "ttyUSB1"; empty when the kernel does not say.
-aurora::Words<32> device_name(const SystemPlaces& places, dev_t device) noexcept;
+BoundedText<32> device_name(const SystemPlaces& places, dev_t device) noexcept;
 
 /// The name under which the adapter `identity` is there; empty when it is not, or when several are alike.
-aurora::Words<32> find_adapter(const SystemPlaces& places, const UsbIdentity& identity) noexcept;
+BoundedText<32> find_adapter(const SystemPlaces& places, const UsbIdentity& identity) noexcept;
 
 /// The link in /dev/serial/by-id that leads to the device `name`: it stays when the name changes. Empty when
 /// there is none.
-aurora::Words<160> path_by_id(const SystemPlaces& places, std::string_view name) noexcept;
+BoundedText<160> path_by_id(const SystemPlaces& places, std::string_view name) noexcept;
 
 /// "0403:da74, serial number ABC".
-aurora::Words<96> describe(const UsbIdentity& identity) noexcept;
+BoundedText<96> describe(const UsbIdentity& identity) noexcept;
 
 }  // namespace tubed

@@ -31,7 +31,7 @@ TEST(TrackerFindings, BxThatIsLostIsToldFromBxThatIsRefused) {
 }
 
 TEST(TrackerFindings, AnAdapterThatHoldsRepliesBackGetsItsCure) {
-  const UsbIdentity identity{0x0403, 0x6001, 0, aurora::Words<64>("FT1234")};
+  const UsbIdentity identity{0x0403, 0x6001, 0, BoundedText<64>("FT1234")};
   const Finding slow = adapter_finding({true, "ttyUSB0", identity, 16});
   EXPECT_EQ(slow.verdict, Verdict::kAdvice);
   EXPECT_TRUE(says(slow.found, "latency timer 16 ms")) << slow.found;

@@ -14,7 +14,7 @@ Configuration aurora_at(const std::string& device) {
 }
 
 AdapterFacts slow_adapter() {
-  UsbIdentity identity{0x0403, 0x6001, 0, aurora::Words<64>("FT1234")};
+  UsbIdentity identity{0x0403, 0x6001, 0, BoundedText<64>("FT1234")};
   return {true, "ttyUSB0", identity, 16};
 }
 

@@ -34,32 +34,63 @@ TEST(SourceSession, OpensTheSourceAndHandsOnItsFrames) {
   EXPECT_EQ(report_of(session).state, StageState::kRunning);
 }
 
-/// Runs, but lacks a coil until its third frame.
-class EmSourceThatLacksACoil final : public EmSource, public HasRemark {
+/// Looks for its device by itself, as it is told.
+class EmSourceWithCondition final : public EmSource, public HasCondition {
  public:
+  explicit EmSourceWithCondition(SourceCondition& told) : told_(told) {}
   OpenResult open() override { return {true, {}}; }
   ReadOutcome read(EmFrame& /*frame*/, MonotonicTime /*deadline*/) noexcept override {
-    ++frames_;
-    return ReadOutcome::kFrame;
+    return told_.state == DeviceState::kRunning ? ReadOutcome::kFrame : ReadOutcome::kTimeout;
   }
-  std::string_view remark() noexcept override { return frames_ < 3 ? "not plugged in: sensor 2" : ""; }
+  SourceCondition condition() noexcept override { return told_; }
   void close() noexcept override {}
 
  private:
-  int frames_ = 0;
+  SourceCondition& told_;
 };
 
-TEST(SourceSession, SaysWhatARunningSourceLacksForAsLongAsItDoes) {
+TEST(SourceSession, HandsOnWhatASourceSaysOfItselfWhetherItDeliversOrNot) {
   FakeClock clock;
-  Session session(std::make_unique<EmSourceThatLacksACoil>(), quick());
+  SourceCondition told{DeviceState::kStarting, BoundedText<255>("looking for the tracker")};
+  Session session(std::make_unique<EmSourceWithCondition>(told), quick());
   EmFrame frame;
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_TRUE(session.read(frame, clock));
-    EXPECT_EQ(report_of(session).state, StageState::kRunning);
-    EXPECT_STREQ(report_of(session).why.data(), "not plugged in: sensor 2");
-  }
+  EXPECT_FALSE(session.read(frame, clock));
+  EXPECT_EQ(report_of(session).state, StageState::kStarting);
+  EXPECT_STREQ(report_of(session).why.data(), "looking for the tracker");
+  told = {DeviceState::kRunning, BoundedText<255>("port 2: no tool; sensor 3 left out")};
+  EXPECT_TRUE(session.read(frame, clock));
+  EXPECT_EQ(report_of(session).state, StageState::kRunning);
+  EXPECT_STREQ(report_of(session).why.data(), "port 2: no tool; sensor 3 left out");
+  told.words.clear();
   EXPECT_TRUE(session.read(frame, clock));
   EXPECT_STREQ(report_of(session).why.data(), "");
+}
+
+TEST(SourceSession, CountsADeviceThatWasFoundAgainAndNotItsSentences) {
+  FakeClock clock;
+  SourceCondition told{DeviceState::kRunning, {}};
+  Session session(std::make_unique<EmSourceWithCondition>(told), quick());
+  EmFrame frame;
+  session.read(frame, clock);
+  for (const char* words : {"has gone", "is not there", "does not answer at any rate"}) {
+    told = {DeviceState::kReconnecting, BoundedText<255>(words)};
+    session.read(frame, clock);
+    EXPECT_EQ(report_of(session).state, StageState::kReconnecting);
+    EXPECT_EQ(report_of(session).reconnects, 0U);
+  }
+  told = {DeviceState::kRunning, {}};
+  session.read(frame, clock);
+  EXPECT_EQ(report_of(session).reconnects, 1U);
+}
+
+TEST(SourceSession, KeepsWordsWholeThatNameAnErrorBehindALongSentence) {
+  FakeClock clock;
+  const std::string words = std::string(200, 'x') + " ERROR13";
+  SourceCondition told{DeviceState::kRunning, BoundedText<255>(words)};
+  Session session(std::make_unique<EmSourceWithCondition>(told), quick());
+  EmFrame frame;
+  session.read(frame, clock);
+  EXPECT_EQ(std::string(report_of(session).why.data()), words);
 }
 
 TEST(SourceSession, ATrackerThatIsAbsentIsTriedAgainAfterADoublingBackOff) {
