@@ -36,6 +36,8 @@ const std::vector<Verb> kVerbs{
     {tubed::add_grab, "Run the daemon", "tubectl grab dev1_paper --loop --socket /run/tubed/image-A.sock"},
     {tubed::add_can_gateway, "Run the daemon", "tubectl can-gateway --serial /dev/tubed/aurora --can can0"},
     {tubed::add_doctor, "Run the daemon", "tubectl doctor"},
+    {tubed::add_aurora_record, "Run the daemon",
+     "tubectl aurora-record --serial /dev/tubed/aurora --interactive"},
     {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
 };
 
@@ -44,8 +46,8 @@ std::string examples() {
   for (const Verb& verb : kVerbs) text += "  " + std::string(verb.example) + "\n";
   return text +
          "\n`tubectl VERB --help` explains a verb. Exit codes: 0 done, 1 failed, 64 the command line is "
-         "wrong, 69 something\n"
-         "needed is not available. Research software, not a medical device.";
+         "wrong, 65 a file is not\n"
+         "what it should be, 69 something needed is not available. Research software, not a medical device.";
 }
 
 int run(int argc, char** argv) {

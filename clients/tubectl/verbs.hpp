@@ -8,8 +8,9 @@ namespace tubed {
 
 // Exit codes, as sysexits.h has them where it has one.
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitFailed = 1;  ///< the work was tried and did not succeed
-inline constexpr int kExitUsage = 64;  ///< the command line cannot be understood
+inline constexpr int kExitFailed = 1;    ///< the work was tried and did not succeed
+inline constexpr int kExitUsage = 64;    ///< the command line cannot be understood
+inline constexpr int kExitBadData = 65;  ///< a file that was named is not what it should be
 inline constexpr int kExitUnavailable =
     69;  ///< something needed is not there: DDS, a daemon, a file to write
 
@@ -20,6 +21,7 @@ CLI::App* add_demo(CLI::App& app, int& exit_code);
 CLI::App* add_simulate(CLI::App& app, int& exit_code);
 CLI::App* add_radiograph(CLI::App& app, int& exit_code);
 CLI::App* add_aurora_emulator(CLI::App& app, int& exit_code);
+CLI::App* add_aurora_record(CLI::App& app, int& exit_code);
 CLI::App* add_can_gateway(CLI::App& app, int& exit_code);
 CLI::App* add_echo(CLI::App& app, int& exit_code);
 CLI::App* add_stat(CLI::App& app, int& exit_code);
