@@ -137,7 +137,8 @@ int exit_code_of(BringupEnd end, const RecordOptions& options) {
       return complain(kExitOk, "interrupted: the rest was not tried");
     case BringupEnd::kNoTracker:
       return complain(kExitUnavailable, "no answer from the tracker at " + options.serial +
-                                            ": is it switched on, and is this its port?");
+                                            ": is it switched on, and is this its port? If it answered "
+                                            "before, switch it off and on");
     case BringupEnd::kPortGone:
       return complain(kExitUnavailable, options.serial + " has gone: was its cable pulled?");
   }
