@@ -331,8 +331,7 @@ void AuroraBringup::ask_person() {
     wait_for_plug("plug it in again", &aurora::SystemStatus::port_became_occupied);
     start_again_after_plugging();
   }
-  if (wait_for_plug("plug in another tool, at a free port or in place of the first",
-                    &aurora::SystemStatus::port_became_occupied)) {
+  if (wait_for_plug("plug in another tool now", &aurora::SystemStatus::port_became_occupied)) {
     start_again_after_plugging();
   }
 }

@@ -173,10 +173,10 @@ int record(const RecordOptions& options) {
     return complain(kExitUnavailable, path + " could not be written: is the disk full?");
   }
   print_judgement(log, options.as_json);
-  std::cerr << path << " has the whole conversation; "
-            << (options.anonymous ? "serial numbers are zeros in it"
-                                  : "serial numbers of tools and tracker are in it (--anonymous leaves "
-                                    "them out)")
+  std::cerr << path << " has the whole conversation.\n"
+            << (options.anonymous ? "Serial numbers are zeros in it."
+                                  : "Serial numbers of tools and tracker are in it (--anonymous leaves "
+                                    "them out).")
             << '\n';
   return exit_code_of(end, options);
 }

@@ -114,9 +114,10 @@ Sign layout(const WireTurn& turn, std::string_view name) {
 
 }  // namespace
 
+// A measurement may be ready already when a slow host asks: most first replies decide.
 Judgement first_reply_is_missing(const WireConversation& conversation) {
   bool has_started = false;
-  return judge_each(conversation, "no TX or BX after a TSTART", [&](const WireTurn& turn) {
+  return judge_most(conversation, "no TX or BX after a TSTART", [&](const WireTurn& turn) {
     has_started = has_started || (turn.name == "TSTART" && turn.okay());
     if (!has_started || !turn.measurement) {
       return Sign::kNothing;

@@ -295,7 +295,7 @@ TEST(AuroraAssumptions, TakeAMeasurementApartInTheEvidence) {
                               .ask("BX", "0001")
                               .measure({pose_of(0x0A, 8), without_pose(0x0B, Report::kDisabled)}, 0x40)
                               .conversation());
-  EXPECT_EQ(judgement.evidence, "> BX:0001C26D < 0A pose 00000008, 0B DISABLED, status 0040");
+  EXPECT_EQ(judgement.evidence, "0 of 1: > BX:0001C26D < 0A pose 00000008, 0B DISABLED, status 0040");
 }
 
 TEST(AuroraAssumptions, NameTheTrackerByWhatItSays) {

@@ -31,6 +31,7 @@ TEST(WireConversation, JoinsAReplyThatCameInPieces) {
                                      .conversation();
   ASSERT_TRUE(heard.turns[0].reply.has_value());
   EXPECT_EQ(heard.turns[0].reply->payload, "020A01F0B01F");
+  EXPECT_NEAR(static_cast<double>(heard.turns[0].reply->first_byte.count()), -7 * 1.0417e6, 1e3);
 }
 
 TEST(WireConversation, KeepsRepliesThatNobodyWaitedFor) {
