@@ -118,8 +118,8 @@ class SourceSession {
     back_off_ = std::min(2 * back_off_, last_back_off_);
   }
 
-  // A source that looks for its device by itself says where it is; a device that delivers again after it was away
-  // has been found again.
+  // A source that looks for its device by itself says where it is; a device that delivers again after it was
+  // away has been found again.
   void take_condition() noexcept {
     if (conditions_ == nullptr) {
       return;

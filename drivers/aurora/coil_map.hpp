@@ -27,7 +27,8 @@ struct ExpectedTool {
   BoundedText<20> part_number;  ///< empty: not given
 
   [[nodiscard]] bool matches(std::uint32_t serial, std::string_view part) const noexcept {
-    return (!serial_number || *serial_number == serial) && (part_number.empty() || part_number.text() == part);
+    return (!serial_number || *serial_number == serial) &&
+           (part_number.empty() || part_number.text() == part);
   }
 };
 

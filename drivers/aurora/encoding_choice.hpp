@@ -7,10 +7,10 @@
 
 namespace tubed::aurora {
 
-/// BX, unless this firmware does not know it or falls over it: then TX, which works everywhere and takes nearly
-/// twice the time. Text is asked for between binary questions that fail, and is kept when it works where binary
-/// replies fail again and again; BX is tried again now and then, since a damaged line hurts both. One thread;
-/// no allocation.
+/// BX, unless this firmware does not know it or falls over it: then TX, which works everywhere and takes
+/// nearly twice the time. Text is asked for between binary questions that fail, and is kept when it works
+/// where binary replies fail again and again; BX is tried again now and then, since a damaged line hurts
+/// both. One thread; no allocation.
 class EncodingChoice {
  public:
   /// Polling begins.

@@ -1,5 +1,5 @@
-// Whether the frame number of a reply is one that the tracker can have reached by now: no old pose under a new
-// time.
+// Whether the frame number of a reply is one that the tracker can have reached by now: no old pose under a
+// new time.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,12 @@
 
 namespace tubed::aurora {
 
-/// Compares the advance of the tracker's frame counter with the time that has passed. The last number that was
-/// admitted and its time are kept for as long as the object lives: over TSTOP and TSTART the counter goes on
-/// (recorded), so that a counter that stands still is recognised behind every restart. A number that does not
-/// fit, and every first number, is held back as a candidate; it is confirmed when a later reply has a greater
-/// number, by about as much as time has passed between the two. Only the later one is then a measurement.
+/// Compares the advance of the tracker's frame counter with the time that has passed. The last number that
+/// was admitted and its time are kept for as long as the object lives: over TSTOP and TSTART the counter goes
+/// on (recorded), so that a counter that stands still is recognised behind every restart. A number that does
+/// not fit, and every first number, is held back as a candidate; it is confirmed when a later reply has a
+/// greater number, by about as much as time has passed between the two. Only the later one is then a
+/// measurement.
 ///
 /// One thread; no clock, no allocation.
 class FrameAdmission {

@@ -52,8 +52,7 @@ void FrameClock::not_there(std::uint64_t measurement, MonotonicTime asked) noexc
   Segment& segment = segments_[count_ - 1];
   const Bound before = segment.earliest;
   const auto n = static_cast<double>(static_cast<std::int64_t>(measurement - base_measurement_));
-  tighten(segment,
-          {.earliest = {n, static_cast<double>((asked - base_time_).count()), true}, .latest = {}});
+  tighten(segment, {.earliest = {n, static_cast<double>((asked - base_time_).count()), true}, .latest = {}});
   if (find_periods()) {
     disbelieved_ = 0;
     return;

@@ -33,20 +33,20 @@ class FrameClock {
   void reset() noexcept { *this = FrameClock(); }
 
   /// A reply's newest measurement was `measurement` (counts up, see FrameCounter). The tracker had the
-  /// question not before `asked` and began the answer not after `answered`. Without `asked`: nobody knows which
-  /// question it answers, so that only its arrival proves something.
+  /// question not before `asked` and began the answer not after `answered`. Without `asked`: nobody knows
+  /// which question it answers, so that only its arrival proves something.
   void observe(std::uint64_t measurement, std::optional<MonotonicTime> asked,
                MonotonicTime answered) noexcept;
 
-  /// `measurement` was not there when the tracker had a question, not before `asked`: what a repetition proves,
-  /// also when later measurements have been seen meanwhile. Only after observe().
+  /// `measurement` was not there when the tracker had a question, not before `asked`: what a repetition
+  /// proves, also when later measurements have been seen meanwhile. Only after observe().
   void not_there(std::uint64_t measurement, MonotonicTime asked) noexcept;
 
   /// Width of a range that nothing bounds below.
   static constexpr std::chrono::seconds kUnknown{1};
 
-  /// What is possible for `measurement`: the newest one or a later one. Only after observe(). Its width is the
-  /// honest uncertainty: up to kUnknown when no question bounds it.
+  /// What is possible for `measurement`: the newest one or a later one. Only after observe(). Its width is
+  /// the honest uncertainty: up to kUnknown when no question bounds it.
   [[nodiscard]] Range range(std::uint64_t measurement) const noexcept;
   /// Whether observe() was called.
   [[nodiscard]] bool started() const noexcept { return count_ > 0; }
@@ -91,7 +91,8 @@ class FrameClock {
   // 40 measurements a second are said to be made, 40.4 have been recorded; some trackers make 66.
   static constexpr double kLeastPeriodNs = 14e6;
   static constexpr double kMostPeriodNs = 31e6;
-  // What the period can be at all: narrowed once it is known, so that it outlives a lower bound that was wrong.
+  // What the period can be at all: narrowed once it is known, so that it outlives a lower bound that was
+  // wrong.
   double least_allowed_ns_ = kLeastPeriodNs;
   double most_allowed_ns_ = kMostPeriodNs;
   double least_period_ns_ = kLeastPeriodNs;

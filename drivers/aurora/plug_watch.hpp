@@ -6,9 +6,9 @@
 
 namespace tubed::aurora {
 
-/// The ports can only be initialised while nothing is tracked, so that they are looked at only when a coil of the
-/// configuration is absent and something has been plugged in since. When that did not help, the next look waits:
-/// 2 s, then twice as long each time, 5 minutes at most. One thread; no allocation.
+/// The ports can only be initialised while nothing is tracked, so that they are looked at only when a coil of
+/// the configuration is absent and something has been plugged in since. When that did not help, the next look
+/// waits: 2 s, then twice as long each time, 5 minutes at most. One thread; no allocation.
 class PlugWatch {
  public:
   /// What one reply says about plugs.

@@ -48,7 +48,8 @@ bool unknown_command(std::uint8_t code) noexcept {
 
 }  // namespace
 
-// The frame admission is kept: it recognises a number from before, whatever was done to the tracker meanwhile.
+// The frame admission is kept: it recognises a number from before, whatever was done to the tracker
+// meanwhile.
 void Poller::start(std::span<const TrackedHandle> handles, std::span<const std::uint8_t> found,
                    MonotonicTime now) noexcept {
   handle_count_ = std::min(handles.size(), tracked_.size());
@@ -155,8 +156,8 @@ void Poller::poll(Exchange& exchange) noexcept {
   const bool text = encoding_.ask_in_text(exchange.now());
   // Every handle that the tracker has allocated may be there, those that are not tracked without a pose.
   const std::size_t handles = std::max(handle_count_, handles_.reported().size());
-  const std::size_t bytes = text ? handles * kTextBytesAHandle + kTextBytesBeside
-                                 : kBxHeaderSize + 3 + handles * 42 + kBxCrcSize;
+  const std::size_t bytes =
+      text ? handles * kTextBytesAHandle + kTextBytesBeside : kBxHeaderSize + 3 + handles * 42 + kBxCrcSize;
   const auto on_the_wire = static_cast<std::int64_t>(bytes) * exchange.byte_time();
   ++counts_.polls;
   poll_at_once_ = probe_ = false;
@@ -175,8 +176,8 @@ Poller::Event Poller::unanswered(MonotonicTime now) noexcept {
   return encoding_.failures() >= kFailuresUntilSilent ? Event::kSilent : Event::kRefused;
 }
 
-// Another reply may follow this one: it would be taken for the answer to the next question, and every time after
-// it would be late. A tracker that has heard the last question begins to answer within its usual time.
+// Another reply may follow this one: it would be taken for the answer to the next question, and every time
+// after it would be late. A tracker that has heard the last question begins to answer within its usual time.
 void Poller::settle(MonotonicTime now) noexcept {
   hold_until_ = now + kQuietAfterTrouble + 2 * turnaround_;
   verified_by_quiet_ = true;
@@ -232,8 +233,8 @@ Poller::Event Poller::refused() noexcept {
   return Event::kRefused;
 }
 
-// A contradiction that stays when the ports have been initialised again is not resolved by doing that for ever:
-// then the replies are taken for what they have.
+// A contradiction that stays when the ports have been initialised again is not resolved by doing that for
+// ever: then the replies are taken for what they have.
 bool Poller::handles_agree() noexcept {
   agreement_ = handles_.compare(reply_);
   switch (agreement_) {
@@ -308,9 +309,9 @@ Poller::Event Poller::measured(Exchange& exchange, EmFrame& frame) noexcept {
 // The first number after TSTART is always held back; later ones are when the counter contradicts the time.
 Poller::Event Poller::held_back() noexcept { return first_seen_ ? refused() : Event::kQuiet; }
 
-// Either the question came too early, or this is a copy, and the answer to the question is still to come: then it
-// comes behind the answer to the next question, after which the line is kept quiet. That next question is asked at
-// once: a measurement is lost otherwise where a reply takes most of a period.
+// Either the question came too early, or this is a copy, and the answer to the question is still to come:
+// then it comes behind the answer to the next question, after which the line is kept quiet. That next
+// question is asked at once: a measurement is lost otherwise where a reply takes most of a period.
 Poller::Event Poller::repeated(Exchange& exchange) noexcept {
   ++counts_.duplicates;
   poll_at_once_ = true;
@@ -358,8 +359,9 @@ void Poller::learn_time(Exchange& exchange) noexcept {
   period_ns_ = clock_.knows_period() ? clock_.period_ns() : period_ns_;
 }
 
-// A tracker that now and then answers with an old measurement proves what is not so, and every question is asked a
-// little later than the one before. A question that comes early, and is answered with a new measurement, ends that.
+// A tracker that now and then answers with an old measurement proves what is not so, and every question is
+// asked a little later than the one before. A question that comes early, and is answered with a new
+// measurement, ends that.
 void Poller::schedule_probe(MonotonicTime now) noexcept {
   if (now >= probe_at_) {
     probe_ = true;

@@ -111,8 +111,8 @@ class Poller {
   void take_readings(MonotonicTime now) noexcept;
   void begin_to_poll(MonotonicTime now) noexcept;
 
-  /// Measurement `measurement` was not there when the tracker was asked: true unless the answer was a copy of an
-  /// earlier one, which shows when another reply follows that nobody asked for.
+  /// Measurement `measurement` was not there when the tracker was asked: true unless the answer was a copy of
+  /// an earlier one, which shows when another reply follows that nobody asked for.
   struct Evidence {
     std::uint64_t measurement = 0;
     MonotonicTime asked;
@@ -150,7 +150,7 @@ class Poller {
   std::size_t unverified_count_ = 0;
   bool verified_by_quiet_ = false;  ///< unverified evidence is good when the next question can be sent
   int repetitions_ = 0;             ///< in a row
-  bool probe_ = false;   ///< ask early: whether what repetitions proved is still so
+  bool probe_ = false;              ///< ask early: whether what repetitions proved is still so
   MonotonicTime probe_at_{};
 
   std::chrono::nanoseconds turnaround_{0};  ///< from a question to its answer, mean
@@ -158,11 +158,11 @@ class Poller {
   int standstills_ = 0;                     ///< in a row
 
   int errors_in_a_row_ = 0;
-  int contradictions_ = 0;        ///< in a row
-  bool contradicted_ = false;     ///< the ports are initialised again because of contradictions
+  int contradictions_ = 0;     ///< in a row
+  bool contradicted_ = false;  ///< the ports are initialised again because of contradictions
   bool tolerant_ = false;
   ReportedHandles::Agreement agreement_ = ReportedHandles::Agreement::kComplete;  ///< of the newest reply
-  bool coil_absent_ = false;      ///< since the port setup
+  bool coil_absent_ = false;                                                      ///< since the port setup
   bool ports_changed_ = false;
 };
 

@@ -101,9 +101,9 @@ struct ApiRevision {
 /// such line.
 [[nodiscard]] std::optional<std::string_view> find_firmware(std::string_view payload) noexcept;
 
-/// What names a unit in the lines of VER:7 (field generator) and VER:8 (control unit, sensor interface units): the
-/// rest of the first line that speaks of a serial number, behind its colon or as it stands; nothing when no line
-/// does. The wording differs between firmwares, the digits at its end do not.
+/// What names a unit in the lines of VER:7 (field generator) and VER:8 (control unit, sensor interface
+/// units): the rest of the first line that speaks of a serial number, behind its colon or as it stands;
+/// nothing when no line does. The wording differs between firmwares, the digits at its end do not.
 [[nodiscard]] std::optional<std::string_view> find_serial_number(std::string_view payload) noexcept;
 
 /// Value of `name` in the reply to GET, one `name=value` a line. Looks into `payload`.

@@ -123,8 +123,9 @@ void PortSetup::take(const Reply* reply) noexcept {
   }
 }
 
-// PINIT is waited for the longest. A tracker that starts anew meanwhile does not hear the line any more: the link is
-// looked for before seconds go by for every other tool. A tool for which the tracker falls silent twice is left out.
+// PINIT is waited for the longest. A tracker that starts anew meanwhile does not hear the line any more: the
+// link is looked for before seconds go by for every other tool. A tool for which the tracker falls silent
+// twice is left out.
 bool PortSetup::silent_before() noexcept { return std::exchange(silent_, handle()) == handle(); }
 
 bool PortSetup::retry() noexcept {

@@ -13,8 +13,8 @@
 
 namespace tubed::aurora {
 
-/// What a tool's memory should have held, for tools whose memory was never written. A tool becomes usable only
-/// when its whole memory was written: a definition file may be shorter, zeros follow it.
+/// What a tool's memory should have held, for tools whose memory was never written. A tool becomes usable
+/// only when its whole memory was written: a definition file may be shorter, zeros follow it.
 struct ToolDefinition {
   static constexpr std::size_t kSize = 1024;  ///< bytes of a tool's memory: 16 blocks of PVWR
   int port = 0;
@@ -109,7 +109,7 @@ class PortSetup {
   std::size_t block_ = 0;  ///< of the tool definition
   int passes_ = 0;
   int attempts_ = 0;
-  CoilPlug located_;  ///< of the handle being initialised
+  CoilPlug located_;         ///< of the handle being initialised
   std::uint8_t silent_ = 0;  ///< handle whose PINIT was not answered, also by an earlier setup; 0: none
   FixedText<8> control_unit_serial_;
   std::array<FoundCoil, kMaxHandles> found_{};

@@ -139,11 +139,13 @@ Problem describe_system_status(SystemStatus status) noexcept {
       words << (words.empty() ? "" : "; ") << what;
     }
   };
-  say(status.hardware_changed(), "the field generator or other hardware was unplugged or changed: check its cable");
+  say(status.hardware_changed(),
+      "the field generator or other hardware was unplugged or changed: check its cable");
   say(status.temperature_out_of_range(),
       "the tracker's temperature is out of range: its accuracy suffers; let it warm up, clear its vents");
   say(status.synchronisation_error(), "the tracker has lost synchronisation: check the cables of its units");
-  say(status.diagnostic_pending(), "the tracker has a diagnostic message pending: NDI's own program shows it");
+  say(status.diagnostic_pending(),
+      "the tracker has a diagnostic message pending: NDI's own program shows it");
   say(status.processing_exception(), "the tracker reports a recoverable processing exception");
   return words;
 }

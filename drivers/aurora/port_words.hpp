@@ -1,5 +1,5 @@
-// What is wrong with the plugs of a tracker, in words: the cause first, then what it costs. Any thread; no state,
-// no allocation.
+// What is wrong with the plugs of a tracker, in words: the cause first, then what it costs. Any thread; no
+// state, no allocation.
 #pragma once
 
 #include <bitset>
@@ -15,9 +15,9 @@ namespace tubed::aurora {
 /// By place in the list of found coils.
 using FoundSet = std::bitset<kMaxHandles>;
 
-/// Which coils of `map` are not tracked and why; empty when all are. `pulled` are those of `found` whose tool was
-/// unplugged since. "port 2: ERROR13, cannot initialise the port handle: ...; sensors 3, 4 left out; port 4: no
-/// tool; sensor 6 left out".
+/// Which coils of `map` are not tracked and why; empty when all are. `pulled` are those of `found` whose tool
+/// was unplugged since. "port 2: ERROR13, cannot initialise the port handle: ...; sensors 3, 4 left out; port
+/// 4: no tool; sensor 6 left out".
 [[nodiscard]] Problem describe_missing(const CoilMap& map, std::span<const FoundCoil> found,
                                        const FoundSet& pulled) noexcept;
 
@@ -25,8 +25,8 @@ using FoundSet = std::bitset<kMaxHandles>;
 /// channel 0, port 4 channel 1". Empty when everything is.
 [[nodiscard]] Problem describe_unused(const CoilMap& map, std::span<const FoundCoil> found) noexcept;
 
-/// What the tracker complains of; empty when it does not. "the field generator or other hardware was unplugged or
-/// changed: check its cable".
+/// What the tracker complains of; empty when it does not. "the field generator or other hardware was
+/// unplugged or changed: check its cable".
 [[nodiscard]] Problem describe_system_status(SystemStatus status) noexcept;
 
 }  // namespace tubed::aurora

@@ -112,7 +112,7 @@ Session::Event Session::track(MonotonicTime deadline, EmFrame& frame) noexcept {
     case Poller::Event::kStandstill: {
       Problem words("the tracker answers, but its frame counter stands still at ");
       words.hex(poller_.newest_number(), 8) << ": nothing new is measured; tracking is started again; if it "
-                                              "stays, switch the tracker off and on";
+                                               "stays, switch the tracker off and on";
       complain(words);
       halt_then(Phase::kInitialise);
       return Event::kQuiet;

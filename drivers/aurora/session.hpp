@@ -58,8 +58,8 @@ class Session {
 
   /// What is wrong and what to do, after kProblem.
   [[nodiscard]] const Problem& problem() const noexcept { return problem_; }
-  /// What there is to say now, the cause first: while tracking what is lacking, otherwise what is wrong, or what
-  /// is being done. Empty when all is well.
+  /// What there is to say now, the cause first: while tracking what is lacking, otherwise what is wrong, or
+  /// what is being done. Empty when all is well.
   [[nodiscard]] Problem describe() const noexcept;
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   /// What the tracker and its tools say of themselves.
@@ -130,7 +130,7 @@ class Session {
   bool verifying_rate_ = false;  ///< COMM was answered; nothing has been heard at the new rate
   BaudRate tracking_rate_ = BaudRate::k9600;
   bool asking_unchanged_ = false;  ///< resumption_'s command was sent
-  std::size_t question_ = 0;  ///< of those about what the tracker is
+  std::size_t question_ = 0;       ///< of those about what the tracker is
   bool identified_ = false;
   int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row
   int idle_starts_ = 0;  ///< of tracking, without a measurement, in a row

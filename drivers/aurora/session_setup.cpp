@@ -179,8 +179,8 @@ void Session::identify_tools() noexcept {
     const bool known = std::any_of(tools.begin(), tools.end(),
                                    [&](const ToolIdentity& tool) { return tool.port == coil.plug.port; });
     if (coil.serial_number != 0 && !known && identity_.tool_count < kMaxTrackerCoils) {
-      identity_.tools[static_cast<std::size_t>(identity_.tool_count++)] = {
-          coil.plug.port, coil.serial_number, coil.part_number};
+      identity_.tools[static_cast<std::size_t>(identity_.tool_count++)] = {coil.plug.port, coil.serial_number,
+                                                                           coil.part_number};
     }
   }
 }

@@ -25,8 +25,8 @@ void list(Problem& words, std::span<const std::uint8_t> handles) noexcept {
 Problem Session::missing() const noexcept {
   FoundSet pulled;
   for (std::size_t i = 0; i < ports_.found().size(); ++i) {
-    pulled.set(i, phase_ == Phase::kTrack && ports_.found()[i].usable &&
-                      poller_.has_lost(ports_.found()[i].handle));
+    pulled.set(
+        i, phase_ == Phase::kTrack && ports_.found()[i].usable && poller_.has_lost(ports_.found()[i].handle));
   }
   return describe_missing(coils_, ports_.found(), pulled);
 }

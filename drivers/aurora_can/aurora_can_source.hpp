@@ -26,8 +26,8 @@ struct AuroraCanCounts {
 
 /// An NDI Aurora behind a gateway on a CAN bus. Called by the EM acquisition thread.
 ///
-/// Interface and gateway are looked for by read() itself, ten times a second, so that what comes back is found at
-/// once: open() always succeeds, and what is wrong meanwhile stands in condition().
+/// Interface and gateway are looked for by read() itself, ten times a second, so that what comes back is
+/// found at once: open() always succeeds, and what is wrong meanwhile stands in condition().
 class AuroraCanSource final : public EmSource, public HasCondition {
  public:
   /// Coil i of a frame is coil i of the gateway, sensor i + 1 of `room`.
@@ -36,8 +36,8 @@ class AuroraCanSource final : public EmSource, public HasCondition {
   OpenResult open() override;
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override;
-  /// While measurements come: what was lost on the bus within the last five seconds, else which coils the gateway
-  /// does not have.
+  /// While measurements come: what was lost on the bus within the last five seconds, else which coils the
+  /// gateway does not have.
   [[nodiscard]] SourceCondition condition() noexcept override;
 
   [[nodiscard]] AuroraCanCounts counts() const noexcept;

@@ -17,9 +17,9 @@ namespace tubed {
 
 /// An NDI Aurora at a serial port. Called by the EM acquisition thread.
 ///
-/// The device is looked for in slices, ten times a second, by read() itself, so that a tracker that comes back is
-/// found at once: open() always succeeds, and what is wrong meanwhile stands in condition(). The session ends with
-/// close() and with the object.
+/// The device is looked for in slices, ten times a second, by read() itself, so that a tracker that comes
+/// back is found at once: open() always succeeds, and what is wrong meanwhile stands in condition(). The
+/// session ends with close() and with the object.
 class AuroraSerialSource final : public EmSource, public HasCondition, public HasIdentity {
  public:
   /// `device`: the port. Throws std::runtime_error when a tool definition file cannot be read.
@@ -44,8 +44,8 @@ class AuroraSerialSource final : public EmSource, public HasCondition, public Ha
   std::unique_ptr<aurora::Session> session_;
   TraceFolder traces_;
   std::string about_;
-  aurora::Problem port_trouble_;   ///< while the port is not open
-  aurora::Problem traced_;         ///< what the last trace was written for
+  aurora::Problem port_trouble_;  ///< while the port is not open
+  aurora::Problem traced_;        ///< what the last trace was written for
   bool has_measured_ = false;
   bool measures_ = false;  ///< since the session was last without the tracker
   MonotonicTime next_try_{};

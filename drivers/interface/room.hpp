@@ -19,8 +19,9 @@ struct CoilPlacement {
   bool flipped = false;           ///< mounted the other way round: its +z points away from the tip
   int port = 0;                   ///< of the tracker, counts from 1; 0: not given
   int channel = 0;                ///< of the port: two coils may share a plug
-  std::optional<std::uint32_t> tool_serial = std::nullopt;  ///< of the tool that has to be in that plug; not given: any
-  std::string tool_part_number = {};         ///< the same; empty: any
+  std::optional<std::uint32_t> tool_serial =
+      std::nullopt;                   ///< of the tool that has to be in that plug; not given: any
+  std::string tool_part_number = {};  ///< the same; empty: any
 };
 
 /// One tracked catheter.

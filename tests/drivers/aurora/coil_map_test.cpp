@@ -31,8 +31,8 @@ TEST(CoilMap, IgnoresSensorsThatCannotBe) {
 TEST(CoilMap, ComparesOfAnExpectedToolOnlyWhatIsGiven) {
   RoomDescription room;
   room.instruments.resize(1);
-  room.instruments[0].coils = {{1, 10, false, 1, 0, 0x3C4B0001U, ""}, {2, 20, false, 1, 1, {}, "610029"},
-                               {3, 30, false, 2, 0}};
+  room.instruments[0].coils = {
+      {1, 10, false, 1, 0, 0x3C4B0001U, ""}, {2, 20, false, 1, 1, {}, "610029"}, {3, 30, false, 2, 0}};
   const CoilMap map(room);
   EXPECT_TRUE(map.expected(0).matches(0x3C4B0001, "whatever"));
   EXPECT_FALSE(map.expected(0).matches(0x3C4B0002, "whatever"));

@@ -42,8 +42,7 @@ TEST(PlugWatch, LooksEverMoreSeldomWhenThatDoesNotHelp) {
   PlugWatch plugs;
   int looks = 0;
   for (int i = 0; i < 60 * 40; ++i) {  // a minute
-    const bool looked =
-        plugs.look({.coil_absent = true, .newcomer = true}, kStart + i * milliseconds(25));
+    const bool looked = plugs.look({.coil_absent = true, .newcomer = true}, kStart + i * milliseconds(25));
     looks += looked ? 1 : 0;
     if (looked) {
       plugs.start();

@@ -57,9 +57,9 @@ TEST(ReportedHandles, KnowTheRecordedReplyOfATrackerThatTracksNothing) {
 TEST(ReportedHandles, SeeWhenATrackedOneIsAbsentOrAnotherIsEnabled) {
   ReportedHandles handles = tracking_0a_0b();
   EXPECT_EQ(handles.compare(reply_of({{0x0A, Report::kValid}})), Agreement::kTrackedAbsent);
-  EXPECT_EQ(handles.compare(
-                reply_of({{0x0A, Report::kValid}, {0x0B, Report::kValid}, {0x0C, Report::kMissing}})),
-            Agreement::kForeignEnabled);
+  EXPECT_EQ(
+      handles.compare(reply_of({{0x0A, Report::kValid}, {0x0B, Report::kValid}, {0x0C, Report::kMissing}})),
+      Agreement::kForeignEnabled);
 }
 
 TEST(ReportedHandles, RefuseAReplyThatHasAHandleTwice) {

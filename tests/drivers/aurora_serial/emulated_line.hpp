@@ -58,7 +58,9 @@ class EmulatedLine final : public ByteChannel {
   bool write(Bytes bytes) noexcept override {
     std::string text(as_text(bytes));
     if (!replace.first.empty() && text.starts_with(replace.first)) {
-      text = replace.second.empty() ? "" : replace.second + text.substr(replace.first.size(), text.size() - replace.first.size() - 5);
+      text = replace.second.empty()
+                 ? ""
+                 : replace.second + text.substr(replace.first.size(), text.size() - replace.first.size() - 5);
       const std::size_t colon = text.find(':');
       text = text.empty() ? "" : std::string(with_crc(text.substr(0, colon), text.substr(colon + 1)).text());
     }

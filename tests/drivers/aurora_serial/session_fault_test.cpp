@@ -126,7 +126,8 @@ TEST_P(SessionWithATrackerThatFails, AcceptsNoWrongPoseAndTracksAgain) {
   const double measured = seconds_between(began, bench.line.time) * 40;
   const auto got = static_cast<double>(bench.measurements - before);
   std::printf(
-      "%-12s %4.0f %%  struck %6lu  lost %5.2f %%  coils not OK %lu  starts %lu  resumed %lu  wrong %lu  oldest %.2f ms\n",
+      "%-12s %4.0f %%  struck %6lu  lost %5.2f %%  coils not OK %lu  starts %lu  resumed %lu  wrong %lu  "
+      "oldest %.2f ms\n",
       std::string(emulator::fault_name(fault)).c_str(), 100 * probability,
       bench.device.faults().struck(fault), 100 * (1 - got / measured), bench.spoilt - spoilt_before,
       bench.session.counts().tracking_starts, bench.session.counts().resumptions, bench.wrong,

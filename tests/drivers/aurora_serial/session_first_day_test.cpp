@@ -1,5 +1,5 @@
-// What a real tracker does on its first day, and what a session makes of it: every handle is listed, tools are
-// strangers, counters stand still.
+// What a real tracker does on its first day, and what a session makes of it: every handle is listed, tools
+// are strangers, counters stand still.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -103,9 +103,10 @@ TEST(SessionFirstDay, AnotherCatheterInThePlugIsToldAndNotTracked) {
   ASSERT_TRUE(bench.start());
   expect_full_rate(bench);
   EXPECT_EQ(bench.coils_seen(), 3);
-  EXPECT_EQ(bench.session.describe().text(),
-            "port 2: tool 3C4B0002 (part 610029) is plugged in, tool 12345678 is configured; sensor 3, 4 left "
-            "out");
+  EXPECT_EQ(
+      bench.session.describe().text(),
+      "port 2: tool 3C4B0002 (part 610029) is plugged in, tool 12345678 is configured; sensor 3, 4 left "
+      "out");
 }
 
 TEST(SessionFirstDay, TellsWhatTheTrackerComplainsOf) {
@@ -150,7 +151,9 @@ TEST(SessionFirstDay, NoRestartGivesAnOldPoseANewTime) {
         bench.device.receive(tstop_command().bytes(), bench.line.rate, bench.line.time);
       },
       [](SessionBench& bench) { bench.device.ports().pull_out(2); },
-      [](SessionBench& bench) { bench.session.close(), bench.line.rate = 9600, bench.session.attach(bench.line); },
+      [](SessionBench& bench) {
+        bench.session.close(), bench.line.rate = 9600, bench.session.attach(bench.line);
+      },
       [](SessionBench& bench) { bench.device.faults().set(Fault::kNoReply, {.next = 30}); },
   };
   for (const Restart& restart : kRestarts) {
@@ -186,8 +189,8 @@ TEST_P(SessionWithACounterThatFails, AcceptsNoWrongPoseAndNoneOlderThanItsTimeSa
   }
   std::printf("%-12s %4.1f %%  struck %6lu  measurements %8lu  starts %lu  wrong %lu  oldest %.2f ms\n",
               std::string(emulator::fault_name(fault)).c_str(), 100 * probability,
-              bench.device.faults().struck(fault), bench.measurements,
-              bench.session.counts().tracking_starts, bench.wrong, max_of(bench.time_errors_ms));
+              bench.device.faults().struck(fault), bench.measurements, bench.session.counts().tracking_starts,
+              bench.wrong, max_of(bench.time_errors_ms));
   EXPECT_GT(bench.device.faults().struck(fault), 5U);
   EXPECT_EQ(bench.wrong, 0U);
   EXPECT_LE(max_of(bench.time_errors_ms), kMaxStaleMs);
@@ -197,7 +200,8 @@ TEST_P(SessionWithACounterThatFails, AcceptsNoWrongPoseAndNoneOlderThanItsTimeSa
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SessionWithACounterThatFails,
-                         testing::Combine(testing::Values(Fault::kStandstill, Fault::kCountBack, Fault::kCountOn),
+                         testing::Combine(testing::Values(Fault::kStandstill, Fault::kCountBack,
+                                                          Fault::kCountOn),
                                           testing::Values(0.001, 0.01)));
 
 TEST(SessionFirstDay, TakesWhatItCanOfATrackerThatGoesOnListingOtherHandlesAndSaysSo) {

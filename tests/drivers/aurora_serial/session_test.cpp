@@ -180,7 +180,8 @@ TEST(Session, FindsATrackerThatLostItsPowerWhileTracking) {
     bench.device.power_cycle(bench.line.time, milliseconds(300 + 171 * i));
     ASSERT_TRUE(bench.run_until(Event::kRefused, milliseconds(100)));
     ASSERT_TRUE(bench.run_until(Event::kMeasurement)) << i;
-    // INIT, COMM, three PINIT, PHINF, TSTART: 1.3 s; the search is at the other rate for 0.2 s, twice at most.
+    // INIT, COMM, three PINIT, PHINF, TSTART: 1.3 s; the search is at the other rate for 0.2 s, twice at
+    // most.
     EXPECT_LT(seconds_between(bench.device.ready(), bench.line.time), 1.75) << i;
     EXPECT_EQ(bench.wrong, 0U);
   }
@@ -195,8 +196,7 @@ TEST(Session, GoesOnWithTheOthersWhenAPlugIsPulled) {
   bench.run_for(milliseconds(100));
   EXPECT_EQ(bench.status(3), CoilStatus::kDisabled);
   EXPECT_EQ(bench.status(4), CoilStatus::kDisabled);
-  EXPECT_EQ(bench.session.missing().text(),
-            "port 2: the tool was unplugged; sensor 3, 4 left out");
+  EXPECT_EQ(bench.session.missing().text(), "port 2: the tool was unplugged; sensor 3, 4 left out");
   EXPECT_EQ(bench.coils_seen(), 3);
   bench.run_for(seconds(10));
   EXPECT_NEAR(static_cast<double>(bench.measurements - before), 404, 2);
@@ -260,9 +260,10 @@ TEST(Session, NamesWhatIsMissingAndWhatIsPluggedInInstead) {
   ASSERT_TRUE(bench.start());
   ASSERT_EQ(bench.problems.size(), 1U);
   EXPECT_EQ(bench.problems[0], "port 4: no tool; sensor 2 left out");
-  EXPECT_EQ(bench.session.describe().text(),
-            "port 4: no tool; sensor 2 left out; not in the configuration, not tracked: port 2 channel 0, port 3 "
-            "channel 0, port 1 channel 1, port 2 channel 1");
+  EXPECT_EQ(
+      bench.session.describe().text(),
+      "port 4: no tool; sensor 2 left out; not in the configuration, not tracked: port 2 channel 0, port 3 "
+      "channel 0, port 1 channel 1, port 2 channel 1");
   EXPECT_EQ(bench.status(1), CoilStatus::kOk);
   EXPECT_EQ(bench.status(2), CoilStatus::kDisabled);
 }
