@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <set>
 
@@ -39,6 +40,13 @@ CameraCalibration camera_calibration(const CheckedTable& table, Problems& proble
   return camera;
 }
 
+std::optional<std::uint32_t> serial_number(const std::string& digits) {
+  std::uint32_t value = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [stopped, error] = std::from_chars(digits.data(), end, value, 16);
+  return error == std::errc{} && stopped == end ? std::optional(value) : std::nullopt;
+}
+
 CoilPlacement coil_placement(const CheckedTable& table) {
   CoilPlacement coil;
   coil.sensor = static_cast<int>(table.get<std::int64_t>("sensor"));
@@ -46,7 +54,27 @@ CoilPlacement coil_placement(const CheckedTable& table) {
   coil.flipped = table.get<bool>("flipped");
   coil.port = table.has("port") ? static_cast<int>(table.get<std::int64_t>("port")) : 0;
   coil.channel = table.has("channel") ? static_cast<int>(table.get<std::int64_t>("channel")) : 0;
+  coil.tool_serial =
+      table.has("tool_serial") ? serial_number(table.get<std::string>("tool_serial")) : std::nullopt;
+  coil.tool_part_number = table.has("tool_part_number") ? table.get<std::string>("tool_part_number") : "";
   return coil;
+}
+
+void check_expected_tools(const CheckedTable& instrument, Problems& problems) {
+  for (const CheckedTable& coil : instrument.many("coil")) {
+    for (const char* const key : {"tool_serial", "tool_part_number"}) {
+      if (coil.has(key) && !coil.has("port")) {
+        problems.push_back({coil.at(key).position, coil.path_of(key),
+                            "means nothing without port: expected both or neither"});
+      }
+    }
+    if (coil.has("tool_serial") && coil.sound("tool_serial") &&
+        !serial_number(coil.get<std::string>("tool_serial"))) {
+      problems.push_back({coil.at("tool_serial").position, coil.path_of("tool_serial"),
+                          "expected 1 to 8 hexadecimal digits, as in \"3C4B0001\", found \"" +
+                              coil.get<std::string>("tool_serial") + "\""});
+    }
+  }
 }
 
 void check_offsets(const CheckedTable& instrument, Problems& problems) {
@@ -123,6 +151,7 @@ InstrumentDescription instrument_description(const CheckedTable& table, Problems
   }
   check_offsets(table, problems);
   check_sensors(table, problems);
+  check_expected_tools(table, problems);
   return instrument;
 }
 

@@ -215,7 +215,13 @@ TableDescription instrument_table() {
                optional(integer("port", 1, "", {1, kMaxTrackerCoils},
                                 "port of the tracker it is plugged in; a tracker with ports requires it")),
                optional(integer("channel", 0, "", {0, 1},
-                                "which of the two coils of its plug it is; left out = 0"))}};
+                                "which of the two coils of its plug it is; left out = 0")),
+               optional(text("tool_serial", "3C4B0001", {1, 8, true, " "},
+                             "serial number that the tool in this plug has to have, hexadecimal, as `tubectl "
+                             "doctor --tracker` prints it; another tool is told and not tracked; left out = "
+                             "any")),
+               optional(text("tool_part_number", "610029", {1, 20, true},
+                             "part number that the tool in this plug has to have; left out = any"))}};
   KeyDescription mode = optional(mode_key());
   mode.meaning = "mode of this instrument alone; left out = that of [estimator]";
   return {

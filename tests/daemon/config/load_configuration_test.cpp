@@ -104,6 +104,38 @@ TEST(LoadConfiguration, KnowsWhereEveryCoilOfAnAuroraIsPluggedIn) {
   EXPECT_NE(make_em_source(configuration), nullptr);
 }
 
+TEST(LoadConfiguration, KnowsWhichToolHasToBeInAPlug) {
+  std::string text = base();
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    text.replace(text.find(old), old.size(), with);
+  };
+  replace("driver = \"simulation\"", "driver = \"aurora-serial\"\ndevice = \"/dev/ttyUSB0\"");
+  replace("offset_from_tip_mm = 10.0",
+          "offset_from_tip_mm = 10.0\nport = 3\nchannel = 1\ntool_serial = \"3c4B0001\"");
+  replace("offset_from_tip_mm = 90.0", "offset_from_tip_mm = 90.0\nport = 3\ntool_part_number = \"610029\"");
+  const Configuration configuration = parse_configuration(text, "aurora.toml");
+  const std::vector<CoilPlacement>& coils = configuration.room.instruments[0].coils;
+  EXPECT_EQ(coils[0].tool_serial, 0x3C4B0001U);
+  EXPECT_EQ(coils[0].tool_part_number, "");
+  EXPECT_EQ(coils[1].tool_serial, std::nullopt);
+  EXPECT_EQ(coils[1].tool_part_number, "610029");
+}
+
+TEST(LoadConfiguration, RefusesAToolSerialThatIsNoneOrHasNoPort) {
+  for (const auto& [keys, words] : {std::pair{"port = 1\ntool_serial = \"3C4B000G\"", "hexadecimal digits"},
+                                    std::pair{"tool_serial = \"3C4B0001\"", "means nothing without port"}}) {
+    std::string text = base();
+    const std::string first = "offset_from_tip_mm = 10.0";
+    text.replace(text.find(first), first.size(), first + "\n" + keys);
+    try {
+      parse_configuration(text, "aurora.toml");
+      FAIL() << "was accepted: " << keys;
+    } catch (const ConfigurationError& error) {
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(LoadConfiguration, RefusesASensorThatIsAtTwoPorts) {
   std::string text = base();
   const std::string first = "offset_from_tip_mm = 10.0";
