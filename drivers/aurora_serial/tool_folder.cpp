@@ -10,7 +10,7 @@ namespace tubed {
 namespace {
 
 constexpr int kPorts = 16;
-constexpr std::size_t kLargestTool = 4096;
+constexpr std::size_t kLargestTool = aurora::ToolDefinition::kSize;
 
 std::vector<std::uint8_t> read_tool(const std::filesystem::path& file, std::string_view setting) {
   std::ifstream stream(file, std::ios::binary);

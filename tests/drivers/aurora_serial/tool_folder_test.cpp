@@ -31,7 +31,7 @@ class ToolFolderTest : public testing::Test {
 
 TEST_F(ToolFolderTest, HasTheToolsOfPorts1To16ByTheirFiles) {
   write("port-1.rom", "one");
-  write("port-16.rom", std::string(4096, 'x'));
+  write("port-16.rom", std::string(1024, 'x'));
   write("port-17.rom", "no port of a tracker");
   write("port-2.txt", "no tool");
   const ToolFolder folder_tools(folder, "--tool-folder");
@@ -40,7 +40,7 @@ TEST_F(ToolFolderTest, HasTheToolsOfPorts1To16ByTheirFiles) {
   EXPECT_EQ(tools[0].port, 1);
   EXPECT_EQ(aurora::as_text(tools[0].bytes), "one");
   EXPECT_EQ(tools[1].port, 16);
-  EXPECT_EQ(tools[1].bytes.size(), 4096U);
+  EXPECT_EQ(tools[1].bytes.size(), 1024U);
 }
 
 TEST_F(ToolFolderTest, HasNoneWithoutAFolder) {
@@ -53,7 +53,7 @@ TEST_F(ToolFolderTest, RefusesFilesThatAreNoToolAndNamesFileAndSetting) {
   EXPECT_NE(refusal().find("port-3.rom"), std::string::npos);
   EXPECT_NE(refusal().find("see --tool-folder"), std::string::npos);
   write("port-3.rom", std::string(4097, 'x'));
-  EXPECT_NE(refusal().find("1 to 4096 bytes"), std::string::npos);
+  EXPECT_NE(refusal().find("1 to 1024 bytes"), std::string::npos);
   write("port-3.rom", "good");
   EXPECT_EQ(refusal(), "");
 }
