@@ -52,7 +52,7 @@ TEST_F(ToolFolderTest, RefusesFilesThatAreNoToolAndNamesFileAndSetting) {
   write("port-3.rom", "");
   EXPECT_NE(refusal().find("port-3.rom"), std::string::npos);
   EXPECT_NE(refusal().find("see --tool-folder"), std::string::npos);
-  write("port-3.rom", std::string(4097, 'x'));
+  write("port-3.rom", std::string(1025, 'x'));
   EXPECT_NE(refusal().find("1 to 1024 bytes"), std::string::npos);
   write("port-3.rom", "good");
   EXPECT_EQ(refusal(), "");
