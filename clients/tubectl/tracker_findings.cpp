@@ -137,19 +137,18 @@ Finding adapter_finding(const AdapterFacts& adapter) {
 }
 
 Finding handle_finding(const aurora::Session& session) {
-  int enabled = 0;
+  const aurora::ReportedHandles& handles = session.poller().handles();
   std::string others;
   std::set<std::uint32_t> tools;
   for (const aurora::FoundCoil& coil : session.found()) {
     const bool is_enabled = is_tracked(coil, session.coils());
-    enabled += is_enabled ? 1 : 0;
     others += is_enabled ? "" : "; " + handle_text(coil, session.coils());
     if (coil.serial_number != 0) {
       tools.insert(coil.serial_number);
     }
   }
-  const auto allocated = static_cast<int>(session.found().size());
-  std::string found = format("%d allocated, %d enabled; tools", allocated, enabled);
+  std::string found = format("%zu allocated, %zu enabled, %zu in the replies; tools", session.found().size(),
+                             handles.tracked().size(), handles.reported().size());
   for (const std::uint32_t serial_number : tools) {
     found += format(" %08X", serial_number);
   }

@@ -22,8 +22,8 @@ enum class ReplyForm { kBinary, kText };
 /// The adapter and its latency timer.
 Finding adapter_finding(const AdapterFacts& adapter);
 
-/// How many handles are allocated and enabled, and which are not. One that is allocated and not enabled is in
-/// the tracker's replies all the same.
+/// How many handles are allocated, enabled, and in the newest reply, and which are not enabled: one that is
+/// allocated is in the tracker's replies all the same.
 Finding handle_finding(const aurora::Session& session);
 
 /// Whether replies are binary, and why not. Text is no reason for a slower line: it needs a faster one.

@@ -24,7 +24,7 @@ TEST(StatusLine, SaysValidityReasonsRateAndStagesOnOneLine) {
   status.stage_count = 2;
   std::strcpy(status.stages[0].name, "em");
   status.stages[0].state = 1;
-  std::strcpy(status.stages[0].why, "not plugged in or not usable: sensor 2");
+  std::strcpy(status.stages[0].why, "port 2: no tool; sensor 3, 4 left out");
   std::strcpy(status.stages[1].name, "grab-A");
   status.stages[1].state = 3;
   EXPECT_TRUE(line.add(status));
@@ -32,7 +32,7 @@ TEST(StatusLine, SaysValidityReasonsRateAndStagesOnOneLine) {
   EXPECT_TRUE(line.is_valid());
   EXPECT_EQ(line.text("cath-1"),
             "cath-1 VALID DEMO_DATA rate=20.0Hz latency=- em=running grab-A=reconnecting "
-            "em=\"not plugged in or not usable: sensor 2\"");
+            "em=\"port 2: no tool; sensor 3, 4 left out\"");
 }
 
 TEST(StatusLine, AfterAnEventTheLastShapeIsNotCurrent) {
