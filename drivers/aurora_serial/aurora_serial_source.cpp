@@ -11,6 +11,7 @@ using std::chrono::seconds;
 
 constexpr milliseconds kBetweenTries{100};
 constexpr seconds kBetweenLooks{1};
+constexpr std::chrono::microseconds kLongestLook{500};  // between two measurements, which are 25 ms apart
 
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
@@ -28,8 +29,8 @@ aurora::SessionSettings session_settings(const DriverSettings& settings) {
 }  // namespace
 
 AuroraSerialSource::AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings,
-                                       const std::string& device)
-    : port_(device),
+                                       const std::string& device, SystemPlaces places)
+    : port_(device, std::move(places)),
       tools_(settings.get<std::string>("tool_folder"), "aurora-serial.tool_folder"),
       session_(std::make_unique<aurora::Session>(session_settings(settings), aurora::CoilMap(room),
                                                  tools_.tools())),
@@ -119,6 +120,7 @@ void AuroraSerialSource::answer_request(MonotonicTime now) noexcept {
     return;
   }
   next_look_ = now + kBetweenLooks;
+  port_.look_around(kLongestLook);  // a program that opens the port later is told, too
   if (traces_.asked_for()) {
     traces_.write_on_request(session_->exchange().trace(), about_);
   }

@@ -23,7 +23,8 @@ namespace tubed {
 class AuroraSerialSource final : public EmSource, public HasCondition, public HasIdentity {
  public:
   /// `device`: the port. Throws std::runtime_error when a tool definition file cannot be read.
-  AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings, const std::string& device);
+  AuroraSerialSource(const RoomDescription& room, const DriverSettings& settings, const std::string& device,
+                     SystemPlaces places = {});
   ~AuroraSerialSource() override { AuroraSerialSource::close(); }
 
   OpenResult open() override;

@@ -16,6 +16,7 @@
 
 #include "drivers/aurora/wire_log.hpp"
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
+#include "drivers/aurora_serial/aurora_serial_source.hpp"
 #include "drivers/interface/condition.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 #include "drivers/interface/tracker_identity.hpp"
@@ -309,6 +310,25 @@ TEST_F(AuroraSerialDriver, NamesAMissingCoilAndGoesOnWithTheOthers) {
   EXPECT_TRUE(lacking.words.text().starts_with("port 7: no tool; sensor 5 left out")) << lacking.words.text();
   EXPECT_EQ(frame.coils[0].status, CoilStatus::kOk);
   EXPECT_EQ(frame.coils[4].status, CoilStatus::kDisabled);
+}
+
+TEST_F(AuroraSerialDriver, NamesAProgramThatOpensThePortWhileItMeasures) {
+  EmulatorProcess emulator(folder, device);
+  AuroraSerialSource source(five_coils(), settings_with({}), emulator.path,
+                            {.sys = "/sys", .proc = (folder / "proc").string(), .dev = "/dev"});
+  ASSERT_TRUE(source.open().ok);
+  ASSERT_TRUE(read_until_frame(source));
+  EXPECT_EQ(source.condition().words.text(), "");
+  fs::create_directories(folder / "proc" / "4711" / "fd");
+  fs::create_symlink(fs::canonical(emulator.path), folder / "proc" / "4711" / "fd" / "3");
+  std::ofstream(folder / "proc" / "4711" / "comm") << "screen\n";
+  const MonotonicTime end = monotonic_now() + seconds(5);
+  while (source.condition().words.empty() && monotonic_now() < end) {
+    ASSERT_TRUE(read_until_frame(source));
+  }
+  const SourceCondition shared = source.condition();
+  EXPECT_EQ(shared.state, DeviceState::kRunning);
+  EXPECT_TRUE(shared.words.text().starts_with("screen (process 4711) has ")) << shared.words.text();
 }
 
 TEST_F(AuroraSerialDriver, SaysWhichTrackerAndWhichToolsItHas) {
