@@ -43,7 +43,7 @@ class Session {
     kProblem,      ///< see problem(); run() goes on
     kGone          ///< the channel is gone: attach() another
   };
-  enum class Phase { kSearch, kHalt, kInitialise, kIdentify, kSetRate, kPorts, kStart, kTrack };
+  enum class Phase { kSearch, kHalt, kInitialise, kSetRate, kPorts, kIdentify, kStart, kTrack };
 
   /// `tools` (and their bytes) have to outlive the session.
   Session(const SessionSettings& settings, const CoilMap& coils, std::span<const ToolDefinition> tools);

@@ -57,6 +57,17 @@ TEST(Session, FindsAFreshTrackerAndMeasuresAllCoils) {
   EXPECT_EQ(bench.session.api_revision()->family, 'D');
 }
 
+// What it asks without need, as which firmware it talks to, must not keep it from measuring.
+TEST(Session, MeasuresHalfASecondAfterTheTrackerCouldHave) {
+  SessionBench bench;
+  const emulator::Durations& needs = emulator::DeviceSettings{}.durations;
+  const MonotonicTime switched_on = bench.line.time;
+  ASSERT_TRUE(bench.start());
+  EXPECT_LT(bench.line.time - switched_on,
+            needs.reset + needs.init + 3 * needs.pinit + needs.tstart + milliseconds(500));
+  EXPECT_FALSE(bench.session.identity().firmware.empty());
+}
+
 TEST(Session, SaysThatAnEmulatedTrackersMeasurementsAreSimulated) {
   SessionBench bench;
   ASSERT_TRUE(bench.start());
