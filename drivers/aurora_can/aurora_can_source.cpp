@@ -231,12 +231,17 @@ SourceCondition AuroraCanSource::condition() noexcept {
   return condition;
 }
 
-// In the order in which a person has to look.
+// In the order in which a person has to look: coils that the gateway does not send are counted as lost, too.
 aurora::Problem AuroraCanSource::losses_and_lacks() const noexcept {
   aurora::Problem words;
   const auto since = [](std::uint64_t newest, std::uint64_t beginning) {
     return static_cast<int>(std::min<std::uint64_t>(newest - beginning, 999'999'999));
   };
+  const auto& status = assembler_.status();
+  if (status && status->is_measuring() && status->coil_count < coil_count_) {
+    return words << port_->name() << ": the gateway sends " << status->coil_count
+                 << " coils, the configuration has sensors up to " << coil_count_;
+  }
   if (sync_received_ < losing_until_) {
     const int coils = since(losses_.coils, losses_at_beginning_.coils);
     const int measurements = since(losses_.measurements, losses_at_beginning_.measurements);
@@ -248,11 +253,6 @@ aurora::Problem AuroraCanSource::losses_and_lacks() const noexcept {
             << " measurements did not come whole";
     }
     return words;
-  }
-  const auto& status = assembler_.status();
-  if (status && status->is_measuring() && status->coil_count < coil_count_) {
-    return words << port_->name() << ": the gateway sends " << status->coil_count
-                 << " coils, the configuration has sensors up to " << coil_count_;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(coil_count_); ++i) {
     if (used_[i] && disabled_[i]) {

@@ -36,8 +36,8 @@ class AuroraCanSource final : public EmSource, public HasCondition {
   OpenResult open() override;
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
   void close() noexcept override;
-  /// While measurements come: what was lost on the bus within the last five seconds, else which coils the
-  /// gateway does not have.
+  /// While measurements come: that the gateway has too few coils, else what was lost on the bus within the
+  /// last five seconds, else which coils the gateway does not have.
   [[nodiscard]] SourceCondition condition() noexcept override;
 
   [[nodiscard]] AuroraCanCounts counts() const noexcept;
