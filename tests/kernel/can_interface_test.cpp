@@ -228,9 +228,10 @@ TEST_P(AuroraOverVcan, PosesAreTheSameWithinTheStepsOfTheEncoding) {
   CanInterface gateway("vcan0", GetParam() == CanLayout::kFd ? CanUse::kSendFd : CanUse::kSendClassic);
   AuroraCanSource can = make_source();
   ASSERT_EQ(gateway.open(), 0);
-  ASSERT_TRUE(can.open().ok);
-  ASSERT_TRUE(serial.start());
   EmFrame frame;
+  ASSERT_TRUE(can.open().ok);
+  ASSERT_EQ(can.read(frame, monotonic_now()), ReadOutcome::kTimeout);  // which opens the port
+  ASSERT_TRUE(serial.start());
   constexpr int kMeasurements = 1000;
   std::uint64_t missing = 0;
   std::uint64_t absent = 0;

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
+#include "drivers/interface/condition.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 #include "drivers/simulation/aurora_emulator/control.hpp"
 #include "drivers/simulation/aurora_emulator/serial_front.hpp"
@@ -111,24 +112,20 @@ bool whole(const EmFrame& frame) {
 
 class TrackerInterruptions : public testing::Test {
  protected:
-  /// What the pipeline does: reads, and closes and opens again after kLost. Seconds from `since` until the
-  /// first measurement after it with all coils; 30 when there is none by then.
+  void SetUp() override { ASSERT_TRUE(source_->open().ok) << "it looks for its device by itself"; }
+
+  /// As the pipeline reads: never closed, never opened again.
+  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) {
+    const ReadOutcome outcome = source_->read(frame, deadline);
+    EXPECT_NE(outcome, ReadOutcome::kLost);
+    return outcome;
+  }
+  /// Seconds from `since` until the first measurement after it with all coils; 30 when there is none by then.
   double until_whole(MonotonicTime since) {
     EmFrame frame;
     while (monotonic_now() < since + seconds(30)) {
-      if (!open_) {
-        open_ = source_->open().ok;
-        if (!open_) {
-          source_->close();
-          std::this_thread::sleep_for(milliseconds(100));  // the pipeline's shortest back-off
-          continue;
-        }
-      }
-      const ReadOutcome outcome = source_->read(frame, monotonic_now() + milliseconds(50));
-      if (outcome == ReadOutcome::kLost) {
-        source_->close();
-        open_ = false;
-      } else if (outcome == ReadOutcome::kFrame && whole(frame) && frame.measured > since) {
+      if (read(frame, monotonic_now() + milliseconds(50)) == ReadOutcome::kFrame && whole(frame) &&
+          frame.measured > since) {
         return seconds_between(since, monotonic_now());
       }
     }
@@ -138,18 +135,10 @@ class TrackerInterruptions : public testing::Test {
   void read_for(nanoseconds time) {
     EmFrame frame;
     for (const MonotonicTime end = monotonic_now() + time; monotonic_now() < end;) {
-      if (!open_) {
-        open_ = source_->open().ok;
-      } else if (source_->read(frame, std::min(end, monotonic_now() + milliseconds(50))) ==
-                 ReadOutcome::kLost) {
-        source_->close();
-        open_ = false;
-      }
-      if (!open_) {
-        std::this_thread::sleep_for(milliseconds(20));
-      }
+      read(frame, std::min(end, monotonic_now() + milliseconds(50)));
     }
   }
+  DeviceState state() { return dynamic_cast<HasCondition&>(*source_).condition().state; }
   void judge(const char* what, double took_s, double tracker_s) {
     std::printf("%-20s valid again after %.2f s, of which the tracker itself needs %.2f s\n", what, took_s,
                 tracker_s);
@@ -161,7 +150,6 @@ class TrackerInterruptions : public testing::Test {
   std::filesystem::path link_ = folder_ / "port";
   RoomDescription room_ = room();
   std::unique_ptr<EmSource> source_ = make_aurora_serial_em_source(room_, settings(), link_.string());
-  bool open_ = false;
 };
 
 // Seconds that the emulated tracker takes for its own part, as recorded.
@@ -173,6 +161,7 @@ constexpr double kGoesOn_s = 0;
 
 TEST_F(TrackerInterruptions, AreOverSoonAfterTheTrackerIsReadyAgain) {
   read_for(milliseconds(300));  // nothing there yet
+  EXPECT_EQ(state(), DeviceState::kStarting);
   RunningEmulator tracker(link_);
   judge("absent at the start", until_whole(monotonic_now()), kReset_s + kStart_s);
   for (int i = 0; i < repetitions(); ++i) {
@@ -186,6 +175,7 @@ TEST_F(TrackerInterruptions, AreOverSoonAfterTheTrackerIsReadyAgain) {
     tracker.tell("unplug 2");
     read_for(milliseconds(500));
     judge("plugged in again", until_whole(tracker.tell("plug 2")), kReplug_s);
+    EXPECT_EQ(state(), DeviceState::kRunning);
   }
 }
 
