@@ -46,7 +46,7 @@ TEST(PortSharing, TheHolderOfALockThatDoesNotNameItIsFoundByItsOpenFiles) {
   ASSERT_TRUE(other.has_port());
   SerialPort port(terminal.path());
   EXPECT_EQ(port.open(), EBUSY);
-  EXPECT_EQ(port.explain(EBUSY).text(),
+  EXPECT_EQ(port.explain(EBUSY, seconds(5)).text(),
             terminal.path() + " is used by " + program_text(other, "minicom") + ": close that program");
 }
 
