@@ -91,6 +91,35 @@ TEST(FrameClock, DisbelievesAReplyThatBelongedToAnEarlierQuestion) {
   EXPECT_LT(std::abs((after - before).count()), 100'000);
 }
 
+// A tracker that long answered with the measurement before the newest: then one bound shows what was wrong.
+TEST(FrameClock, KnowsThePeriodStillWhenWhatItBelievedOfThePhaseWasWrong) {
+  Asked tracker(25e6);
+  for (std::uint64_t n = 0; n < 1500; ++n) {
+    const MonotonicTime asked = tracker.truth(n + 1) + milliseconds(3);
+    tracker.clock.observe(n, asked, asked + microseconds(500));
+  }
+  ASSERT_TRUE(tracker.clock.knows_period());
+  tracker.clock.observe(1500, std::nullopt, tracker.truth(1500) + microseconds(500));
+  EXPECT_GT(tracker.clock.contradictions(), 0U);
+  EXPECT_NEAR(tracker.clock.period_ns(), 25e6, 0.2e6);
+}
+
+TEST(FrameClock, TakesAQuestionThatCameTooEarlyAsAProofAlsoWhenLaterMeasurementsAreKnown) {
+  Asked tracker(25e6);
+  tracker.ask(kStart + milliseconds(7), milliseconds(1));
+  tracker.clock.observe(1, std::nullopt, tracker.truth(1) + milliseconds(20));
+  const auto before = tracker.clock.range(1).width();
+  tracker.clock.not_there(1, tracker.truth(1) - milliseconds(2));
+  EXPECT_LT(tracker.clock.range(1).width(), before - milliseconds(10));
+  EXPECT_LE(tracker.clock.range(1).earliest, tracker.truth(1));
+}
+
+TEST(FrameClock, SaysHowLittleItKnowsWhenNoQuestionIsKnown) {
+  FrameClock clock;
+  clock.observe(0, std::nullopt, kStart);
+  EXPECT_GE(clock.range(0).width(), milliseconds(500));
+}
+
 TEST(FrameClock, KnowsNoMoreThanAPeriodAfterOneReply) {
   Asked tracker(25e6);
   tracker.ask(kStart + milliseconds(7), milliseconds(1));

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <deque>
+#include <utility>
 
 #include "tests/drivers/aurora_serial/session_bench.hpp"
 
@@ -203,6 +205,81 @@ INSTANTIATE_TEST_SUITE_P(All, SessionWithACounterThatFails,
                          testing::Combine(testing::Values(Fault::kStandstill, Fault::kCountBack,
                                                           Fault::kCountOn),
                                           testing::Values(0.001, 0.01)));
+
+/// A line whose other end sends copies of old replies: every `every`th question has the reply of `back`
+/// questions ago at once, and its own as well or not.
+class CopyingLine final : public ByteChannel {
+ public:
+  CopyingLine(EmulatedLine& line, int every, std::size_t back, bool also_answers)
+      : line_(line), every_(every), back_(back), also_answers_(also_answers) {}
+
+  bool copies = false;
+
+  MonotonicTime now() noexcept override { return line_.time; }
+  bool write(Bytes bytes) noexcept override {
+    if (!as_text(bytes).starts_with("BX")) {
+      return line_.write(bytes);
+    }
+    replies_.push_back(std::exchange(newest_, {}));
+    if (!copies || ++questions_ % every_ != 0 || replies_.size() < back_) {
+      return line_.write(bytes);
+    }
+    copy_ = replies_[replies_.size() - back_];
+    return !also_answers_ || line_.write(bytes);
+  }
+  Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
+    if (!copy_.empty() && deadline > line_.time + milliseconds(2)) {
+      line_.time += milliseconds(2);
+      const std::size_t size = copy_.size();
+      std::copy(copy_.begin(), copy_.end(), room.begin());
+      copy_.clear();
+      return {size, false};
+    }
+    const Arrival arrival = line_.read(room, deadline);
+    newest_.insert(newest_.end(), room.begin(), room.begin() + static_cast<std::ptrdiff_t>(arrival.size));
+    return arrival;
+  }
+  bool knows_baud(int bits_per_second) noexcept override { return line_.knows_baud(bits_per_second); }
+  bool set_baud(int bits_per_second) noexcept override { return line_.set_baud(bits_per_second); }
+  bool send_break() noexcept override { return line_.send_break(); }
+
+ private:
+  EmulatedLine& line_;
+  int every_;
+  std::size_t back_;
+  bool also_answers_;
+  int questions_ = 0;
+  std::vector<std::uint8_t> newest_;
+  std::vector<std::uint8_t> copy_;
+  std::deque<std::vector<std::uint8_t>> replies_;
+};
+
+class SessionWithCopies : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+TEST_P(SessionWithCopies, NeverHandsOnAnOldMeasurementAndKeepsItsTimes) {
+  const auto [back, also_answers] = GetParam();
+  SessionBench bench(quick());
+  CopyingLine line(bench.line, 10, static_cast<std::size_t>(back), also_answers);
+  bench.session.attach(line);
+  ASSERT_TRUE(bench.run_until(Event::kMeasurement));
+  bench.run_for(seconds(10));
+  line.copies = true;
+  bench.time_errors_ms.clear();
+  const auto before = bench.measurements;
+  std::uint32_t last = bench.frame.tracker_frame;
+  const MonotonicTime end = bench.line.time + seconds(120);
+  while (bench.line.time < end && bench.run_until(Event::kMeasurement, seconds(1))) {
+    ASSERT_GT(static_cast<std::int32_t>(bench.frame.tracker_frame - last), 0);
+    last = bench.frame.tracker_frame;
+  }
+  EXPECT_GT(bench.measurements - before, 120U * 30);
+  EXPECT_EQ(bench.wrong, 0U);
+  EXPECT_LT(percentile_of_absolute(bench.time_errors_ms, 0.95), 3.5);
+  EXPECT_LE(max_of(bench.time_errors_ms), kMaxStaleMs / 2);
+  EXPECT_EQ(bench.session.counts().tracking_starts, 1U);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SessionWithCopies, testing::Combine(testing::Values(1, 5), testing::Bool()));
 
 TEST(SessionFirstDay, TakesWhatItCanOfATrackerThatGoesOnListingOtherHandlesAndSaysSo) {
   // A handle that cannot be disabled: PDIS is lost on the way.
