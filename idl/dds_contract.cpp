@@ -90,14 +90,23 @@ DdsEntity make_writer(const DdsEntity& participant, const TopicContract& topic,
 }
 
 DdsEntity make_reader(const DdsEntity& participant, const TopicContract& topic, const std::string& partition,
-                      int history_depth) {
+                      int history_depth, SampleFilter filter, OwnWriters own) {
   const DdsQos qos = common_qos(topic);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, history_depth);
+  if (own == OwnWriters::kIgnored) {
+    dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  }
   const DdsQos group = group_qos(partition);
   const dds_entity_t subscriber = dds_create_subscriber(participant.get(), group.get(), nullptr);
   require_dds(subscriber, std::string("create the subscriber of ") + topic.name);
-  const dds_entity_t created =
-      dds_create_reader(subscriber, make_topic(participant, topic), qos.get(), nullptr);
+  const dds_entity_t filtered = make_topic(participant, topic);
+  if (filter.wants != nullptr) {
+    const dds_topic_filter wanted{
+        .mode = DDS_TOPIC_FILTER_SAMPLE_ARG, .f = {.sample_arg = filter.wants}, .arg = filter.state};
+    require_dds(dds_set_topic_filter_extended(filtered, &wanted),
+                std::string("choose what is read of ") + topic.name);
+  }
+  const dds_entity_t created = dds_create_reader(subscriber, filtered, qos.get(), nullptr);
   return {created, std::string("the reader of ") + topic.name};
 }
 

@@ -49,8 +49,18 @@ const TopicContract& contract_of<tubed_TubeHealth>();
 /// Throws DdsError. The topic entity belongs to the participant.
 DdsEntity make_writer(const DdsEntity& participant, const TopicContract& topic, const std::string& partition);
 
+/// Decides, before a sample is stored, whether a reader wants it. Called on Cyclone's receiving thread with a
+/// sample of the topic's type and `state`, which outlives the reader.
+struct SampleFilter {
+  bool (*wants)(const void* sample, void* state) = nullptr;  ///< null: everything is stored
+  void* state = nullptr;
+};
+
+/// Whether a reader hears writers of its own participant.
+enum class OwnWriters { kHeard, kIgnored };
+
 /// Reader of a topic that keeps up to `history_depth` samples an instrument. Throws DdsError.
 DdsEntity make_reader(const DdsEntity& participant, const TopicContract& topic, const std::string& partition,
-                      int history_depth);
+                      int history_depth, SampleFilter filter = {}, OwnWriters own = OwnWriters::kHeard);
 
 }  // namespace tubed

@@ -29,8 +29,9 @@ enum class Reason : std::uint32_t {
   kInitialising = 1U << 13,    ///< not enough measurements yet
   kDemoData = 1U << 14,        ///< a simulated source took part; cannot be switched off
   kReplayData = 1U << 15,      ///< a recorded source took part; cannot be switched off
+  kRivalWriter = 1U << 16,     ///< somebody else publishes under this instrument's key
 };
-inline constexpr int kReasonCount = 16;
+inline constexpr int kReasonCount = 17;
 
 /// A set of reasons, the bit mask on the wire.
 class Reasons {

@@ -1,76 +1,88 @@
-// Decides whether a sample is news, or was seen before and is being replayed. Pure; one object an instrument.
+// Decides whether a sample of one writer is its next one, was seen before, or cannot be: a number cannot
+// outrun rate times time. Pure; one object a writer and start.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <optional>
 
 namespace tubed {
 
-/// What a sample says about itself.
+/// What a sample says about itself, and DDS of it.
 struct SampleOrigin {
   std::uint64_t daemon_start = 0;
   std::uint64_t sequence_number = 0;
   std::int64_t publish_monotonic_ns = 0;  ///< of the daemon's host: never steps, comparable within one start
-  std::int64_t publish_time_ns = 0;       ///< CLOCK_REALTIME: comparable between starts
   std::uint64_t writer = 0;               ///< DDS's handle of the matched writer it came from
 };
 
-enum class Verdict { kFirst, kNext, kRestart, kBackward };
+enum class Order { kFirst, kNext, kBackward, kImplausible };
 
-/// Accepts sequence numbers and times that go forward within one start of the daemon, and a start that was
-/// never seen before if it is later than what was accepted last or comes from a writer that DDS matched anew:
-/// a wall clock that was set back between two starts must not lock the new daemon out, while recorded packets
-/// carry the name of a writer that is gone. Everything else goes backward: a replay.
+/// Accepts sequence numbers and times that go forward, and no faster than `max_rate_hz` allows. A refused
+/// jump changes nothing, so that one forged sample does not make the client deaf. When for a second nothing
+/// but samples beyond the jump came, in order among themselves, the clock of this host stood still (a paused
+/// virtual machine) and they are accepted.
 class SequenceGuard {
  public:
-  /// The verdict; anything but kBackward becomes the newest accepted sample.
-  Verdict judge(const SampleOrigin& sample) {
-    const Verdict verdict = verdict_of(sample);
-    if (verdict == Verdict::kBackward) {
-      return verdict;
+  explicit SequenceGuard(double max_rate_hz) : max_rate_hz_(max_rate_hz) {}
+
+  /// Where the sample stands, if accepted now. `now_ns` is of this host and goes on while it sleeps.
+  [[nodiscard]] Order order_of(const SampleOrigin& sample, std::int64_t now_ns) const {
+    if (!newest_) {
+      // A daemon has not published for longer than its host is up.
+      const bool possible = is_within_rate(sample.sequence_number, sample.publish_monotonic_ns);
+      return possible ? Order::kFirst : Order::kImplausible;
     }
-    lost_before_ = verdict == Verdict::kNext ? sample.sequence_number - newest_.sequence_number - 1 : 0;
-    if (verdict == Verdict::kRestart) {
-      remember(newest_.daemon_start);
-    }
+    if (!is_forward(*newest_, sample)) return Order::kBackward;
+    if (follows(*newest_, newest_ns_, sample, now_ns)) return Order::kNext;
+    const bool is_proved = now_ns - newest_ns_ >= kJumpPatience_ns && jumps_ >= kJumpSamples &&
+                           is_forward(jump_, sample) && follows(jump_, jump_ns_, sample, now_ns);
+    return is_proved ? Order::kNext : Order::kImplausible;
+  }
+
+  /// Remembers a sample that order_of() called kFirst or kNext.
+  void accept(const SampleOrigin& sample, std::int64_t now_ns) {
     newest_ = sample;
-    return verdict;
+    newest_ns_ = now_ns;
+    jumps_ = 0;
   }
 
-  /// The verdict that judge() would give; nothing is remembered.
-  [[nodiscard]] Verdict verdict_of(const SampleOrigin& sample) const {
-    if (newest_.daemon_start == 0) {
-      return Verdict::kFirst;
-    }
-    if (sample.daemon_start == newest_.daemon_start) {
-      const bool forward = sample.sequence_number > newest_.sequence_number &&
-                           sample.publish_monotonic_ns >= newest_.publish_monotonic_ns;
-      return forward ? Verdict::kNext : Verdict::kBackward;
-    }
-    const bool seen = std::find(ended_.begin(), ended_.end(), sample.daemon_start) != ended_.end();
-    const bool is_later = sample.publish_time_ns > newest_.publish_time_ns;
-    const bool is_new_writer = sample.writer != newest_.writer;
-    return !seen && (is_later || is_new_writer) ? Verdict::kRestart : Verdict::kBackward;
+  /// Remembers a sample that order_of() called kImplausible.
+  void refuse_jump(const SampleOrigin& sample, std::int64_t now_ns) {
+    const bool goes_on = jumps_ > 0 && is_forward(jump_, sample) && follows(jump_, jump_ns_, sample, now_ns);
+    jumps_ = goes_on ? jumps_ + 1 : 1;
+    jump_ = sample;
+    jump_ns_ = now_ns;
   }
 
-  /// Sequence numbers that are missing between the newest accepted sample and the one before it.
-  [[nodiscard]] std::uint64_t lost_before() const { return lost_before_; }
+  /// Of the newest accepted sample; 0 before the first.
+  [[nodiscard]] std::uint64_t newest_number() const { return newest_ ? newest_->sequence_number : 0; }
 
  private:
-  static constexpr std::size_t kRememberedStarts = 64;
+  static constexpr std::int64_t kJumpPatience_ns = 1'000'000'000;
+  static constexpr int kJumpSamples = 8;
+  static constexpr double kMarginSamples = 60;  // two seconds at 30 Hz that waited in a queue
 
-  void remember(std::uint64_t daemon_start) {
-    if (ended_.size() == kRememberedStarts) {
-      ended_.erase(ended_.begin());
-    }
-    ended_.push_back(daemon_start);
+  static bool is_forward(const SampleOrigin& before, const SampleOrigin& after) {
+    return after.sequence_number > before.sequence_number &&
+           after.publish_monotonic_ns >= before.publish_monotonic_ns;
   }
 
-  SampleOrigin newest_;
-  std::uint64_t lost_before_ = 0;
-  std::vector<std::uint64_t> ended_;
+  [[nodiscard]] bool is_within_rate(std::uint64_t numbers, std::int64_t elapsed_ns) const {
+    const double seconds = elapsed_ns > 0 ? static_cast<double>(elapsed_ns) * 1e-9 : 0;
+    return static_cast<double>(numbers) <= max_rate_hz_ * seconds + kMarginSamples;
+  }
+
+  [[nodiscard]] bool follows(const SampleOrigin& before, std::int64_t before_ns, const SampleOrigin& after,
+                             std::int64_t now_ns) const {
+    return is_within_rate(after.sequence_number - before.sequence_number, now_ns - before_ns);
+  }
+
+  double max_rate_hz_;
+  std::optional<SampleOrigin> newest_;
+  std::int64_t newest_ns_ = 0;
+  SampleOrigin jump_;  ///< newest of those beyond the jump
+  std::int64_t jump_ns_ = 0;
+  int jumps_ = 0;
 };
 
 }  // namespace tubed

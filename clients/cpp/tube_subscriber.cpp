@@ -4,10 +4,13 @@
 #include <ctime>
 #include <list>
 #include <string>
+#include <vector>
 
 #include "clients/cpp/delay_guard.hpp"
-#include "clients/cpp/sequence_guard.hpp"
+#include "clients/cpp/instrument_gate.hpp"
+#include "clients/cpp/writer_choice.hpp"
 #include "idl/dds_contract.hpp"
+#include "idl/writer_description.hpp"
 
 namespace tubed {
 namespace {
@@ -23,11 +26,22 @@ std::int64_t monotonic_ns() {
   return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
+/// For intervals of the other side: goes on while this host sleeps.
+std::int64_t boot_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+bool is_admitted(const void* sample, void* gate) {
+  const auto& estimate = *static_cast<const tubed_TubeEstimate*>(sample);
+  return static_cast<InstrumentGate*>(gate)->admits(estimate.instrument_id, std::chrono::steady_clock::now());
+}
+
 SampleOrigin origin_of(const tubed_TubeEstimate& estimate, dds_instance_handle_t writer) {
   return {.daemon_start = estimate.daemon_start,
           .sequence_number = estimate.sequence_number,
           .publish_monotonic_ns = estimate.stamps.publish_started_monotonic_ns,
-          .publish_time_ns = estimate.publish_time_ns,
           .writer = writer};
 }
 
@@ -36,12 +50,16 @@ enum class Told { kNothing, kDeadline, kLost };
 
 /// What is known of one instrument.
 struct Tracked {
+  Tracked(std::string name, double max_rate_hz) : id(std::move(name)), choice(max_rate_hz) {}
+
   std::string id;
-  SequenceGuard guard;
+  WriterChoice choice;
   DelayGuard delay{kLifespanNs};
   TubeSample newest;
   bool has_news = false;
   Told told = Told::kNothing;
+  bool is_rival_told = false;
+  std::string rival;  ///< the last one told
 };
 
 }  // namespace
@@ -58,6 +76,10 @@ std::string_view name_of(TubeEvent event) {
       return "liveliness lost";
     case TubeEvent::kWriterGone:
       return "writer gone";
+    case TubeEvent::kRivalSeen:
+      return "rival writer";
+    case TubeEvent::kRivalGone:
+      return "rival writer gone";
   }
   return "unknown";
 }
@@ -65,11 +87,12 @@ std::string_view name_of(TubeEvent event) {
 class TubeSubscriber::Reception {
  public:
   Reception(const Subscription& subscription, Delivery delivery)
-      : instrument_id_(subscription.instrument_id),
+      : max_rate_hz_(subscription.max_rate_hz),
         delivery_(delivery),
+        gate_(subscription.instrument_id, subscription.max_instruments),
         participant_(join_domain(subscription.domain, subscription.network_interface)),
         reader_(make_reader(participant_, contract_of<tubed_TubeEstimate>(), subscription.partition,
-                            kHistoryDepth)),
+                            kHistoryDepth, {.wants = &is_admitted, .state = &gate_})),
         waitset_(dds_create_waitset(participant_.get()), "a wait set") {
     const std::uint32_t wakes =
         DDS_DATA_AVAILABLE_STATUS | DDS_LIVELINESS_CHANGED_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS;
@@ -79,6 +102,7 @@ class TubeSubscriber::Reception {
 
   TubeNews wait_for(std::chrono::milliseconds timeout) {
     const std::int64_t until_ns = monotonic_ns() + std::chrono::nanoseconds(timeout).count();
+    forget_replaced();
     while (true) {
       read_statuses();
       take_samples();
@@ -93,10 +117,13 @@ class TubeSubscriber::Reception {
 
   [[nodiscard]] SubscriberStatus status() const {
     SubscriberStatus status = counts_;
+    status.refused_instruments = gate_.refused();
     const std::int64_t now_ns = monotonic_ns();
+    const std::int64_t now_boot_ns = boot_ns();
     status.is_alive = !tracked_.empty();
     for (const Tracked& tube : tracked_) {
       const std::int64_t age_ns = now_ns - tube.newest.received_monotonic_ns;
+      status.rivals += tube.choice.rival(now_boot_ns) ? 1 : 0;
       status.is_alive = status.is_alive && age_ns < kLivelinessNs && tube.told != Told::kLost;
       status.newest_age_ns = status.newest_age_ns < 0 ? age_ns : std::min(status.newest_age_ns, age_ns);
     }
@@ -109,11 +136,28 @@ class TubeSubscriber::Reception {
     if (dds_get_subscription_matched_status(reader_.get(), &matched) == DDS_RETCODE_OK) {
       writer_gone_ = matched.current_count == 0 && (writer_gone_ || matched.current_count_change < 0);
       counts_.writers = matched.current_count;
+      if (matched.current_count_change != 0 || matched.total_count_change != 0) read_matched_writers();
     }
     dds_liveliness_changed_status_t liveliness{};
     if (dds_get_liveliness_changed_status(reader_.get(), &liveliness) == DDS_RETCODE_OK) {
       writer_hangs_ = liveliness.alive_count == 0 && (writer_hangs_ || liveliness.not_alive_count_change > 0);
     }
+  }
+
+  void read_matched_writers() {
+    const dds_return_t count = dds_get_matched_publications(reader_.get(), nullptr, 0);
+    writers_.resize(static_cast<std::size_t>(std::max(count, 0)));
+    const dds_return_t read = dds_get_matched_publications(reader_.get(), writers_.data(), writers_.size());
+    if (read < 0 || static_cast<std::size_t>(read) > writers_.size()) return;  // grown: there is more to come
+    writers_.resize(static_cast<std::size_t>(read));
+    for (Tracked& tube : tracked_) tube.choice.match(writers_);
+  }
+
+  /// Instruments that made room for others, after they had been silent for long.
+  void forget_replaced() {
+    if (gate_.replaced() == replaced_) return;
+    replaced_ = gate_.replaced();
+    tracked_.remove_if([&](const Tracked& tube) { return !gate_.has(tube.id); });
   }
 
   void take_samples() {
@@ -123,35 +167,42 @@ class TubeSubscriber::Reception {
       if (dds_take(reader_.get(), &buffer, &about, 1, 1) <= 0) {
         return;
       }
-      if (about.valid_data && (instrument_id_.empty() || instrument_id_ == scratch_.instrument_id)) {
-        accept_or_refuse(about.publication_handle);
-      }
+      if (about.valid_data) accept_or_refuse(about.publication_handle);
     }
   }
 
   void accept_or_refuse(dds_instance_handle_t writer) {
     Tracked& tube = tracked(scratch_.instrument_id);
     const SampleOrigin origin = origin_of(scratch_, writer);
-    if (tube.guard.verdict_of(origin) == Verdict::kBackward) {
-      ++counts_.refused_backward;
+    const std::int64_t now_boot_ns = boot_ns();
+    const Ruling ruling = tube.choice.judge(origin, now_boot_ns);
+    if (!is_delivered(ruling)) {
+      ++(ruling == Ruling::kBackward ? counts_.refused_backward
+         : ruling == Ruling::kRival  ? counts_.refused_rival
+                                     : counts_.refused_implausible);
       return;
     }
-    const std::int64_t now_ns = monotonic_ns();
-    if (tube.delay.is_late(origin.daemon_start, origin.publish_monotonic_ns, now_ns)) {
-      ++counts_.refused_late;
+    const Delay delay = tube.delay.judge(origin.daemon_start, origin.publish_monotonic_ns, now_boot_ns);
+    if (delay != Delay::kUsual) {
+      ++(delay == Delay::kLate ? counts_.refused_late : counts_.refused_implausible);
       return;
     }
-    const Verdict verdict = tube.guard.judge(origin);
+    tube.choice.accept(origin, ruling, now_boot_ns);
+    take(tube, ruling == Ruling::kOtherWriter);
+  }
+
+  /// scratch_ is the newest sample of the instrument.
+  void take(Tracked& tube, bool is_restart) {
     // Several of them may pass between two deliveries: nothing that was skipped may go uncounted.
-    tube.newest.lost_before = (tube.has_news ? tube.newest.lost_before : 0) + tube.guard.lost_before();
-    tube.newest.is_restart = (tube.has_news && tube.newest.is_restart) || verdict == Verdict::kRestart;
+    tube.newest.lost_before = (tube.has_news ? tube.newest.lost_before : 0) + tube.choice.lost_before();
+    tube.newest.is_restart = (tube.has_news && tube.newest.is_restart) || is_restart;
     tube.newest.estimate = scratch_;
-    tube.newest.received_monotonic_ns = now_ns;
+    tube.newest.received_monotonic_ns = monotonic_ns();
     tube.has_news = true;
     tube.told = Told::kNothing;
     ++counts_.accepted;
-    counts_.lost += tube.guard.lost_before();
-    counts_.restarts += verdict == Verdict::kRestart ? 1 : 0;
+    counts_.lost += tube.choice.lost_before();
+    counts_.restarts += is_restart ? 1 : 0;
   }
 
   TubeNews next_news(std::int64_t now_ns) {
@@ -162,12 +213,24 @@ class TubeSubscriber::Reception {
       }
     }
     for (Tracked& tube : tracked_) {
-      const TubeEvent event = silence_of(tube, now_ns);
+      TubeEvent event = silence_of(tube, now_ns);
+      if (event == TubeEvent::kTimeout) event = rival_of(tube);
       if (event != TubeEvent::kTimeout) {
-        return {.event = event, .sample = nullptr, .instrument_id = tube.id};
+        const std::string_view rival = event == TubeEvent::kRivalSeen ? tube.rival : std::string_view();
+        return {.event = event, .sample = nullptr, .instrument_id = tube.id, .rival = rival};
       }
     }
     return {};
+  }
+
+  /// Tells each rival once, from when it is seen to when it is gone.
+  TubeEvent rival_of(Tracked& tube) {
+    const auto rival = tube.choice.rival(boot_ns());
+    if (rival.has_value() == tube.is_rival_told) return TubeEvent::kTimeout;
+    tube.is_rival_told = rival.has_value();
+    if (!rival) return TubeEvent::kRivalGone;
+    tube.rival = description_of_writer(reader_, *rival);
+    return TubeEvent::kRivalSeen;
   }
 
   TubeEvent silence_of(Tracked& tube, std::int64_t now_ns) {
@@ -175,12 +238,13 @@ class TubeSubscriber::Reception {
     if (tube.told == Told::kLost) {
       return TubeEvent::kTimeout;
     }
-    if (writer_gone_) {
+    if (writer_gone_ || tube.choice.is_followed_gone()) {
       tube.told = Told::kLost;
       return TubeEvent::kWriterGone;
     }
     if (writer_hangs_ || age_ns >= kLivelinessNs) {
       tube.told = Told::kLost;
+      tube.choice.find_silent();
       ++counts_.liveliness_lost;
       return TubeEvent::kLivelinessLost;
     }
@@ -214,18 +278,19 @@ class TubeSubscriber::Reception {
         return tube;
       }
     }
-    tracked_.emplace_back();
-    tracked_.back().id = id;
-    return tracked_.back();
+    return tracked_.emplace_back(id, max_rate_hz_);
   }
 
-  std::string instrument_id_;
+  double max_rate_hz_;
   Delivery delivery_;
+  InstrumentGate gate_;  // the reader's filter asks it
   DdsEntity participant_;
   DdsEntity reader_;
   DdsEntity waitset_;
   tubed_TubeEstimate scratch_{};
-  std::list<Tracked> tracked_;  // a list: news points into it
+  std::list<Tracked> tracked_;          // a list: news points into it
+  std::vector<std::uint64_t> writers_;  // matched ones
+  std::uint64_t replaced_ = 0;
   bool writer_gone_ = false;
   bool writer_hangs_ = false;
   SubscriberStatus counts_;

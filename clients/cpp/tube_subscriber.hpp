@@ -12,14 +12,16 @@
 
 namespace tubed {
 
-/// What wait_for() came back with. Everything but kEstimate and kTimeout means: stop showing the last shape
-/// as current.
+/// What wait_for() came back with. Everything but kEstimate, kTimeout and the two of a rival means: stop
+/// showing the last shape as current.
 enum class TubeEvent {
   kTimeout,         ///< nothing happened within the time asked for
   kEstimate,        ///< a new shape; look at its validity
   kDeadlineMissed,  ///< no new shape for 100 ms (three periods); said once a gap
   kLivelinessLost,  ///< no new shape for 250 ms, or DDS says the writer hangs or died; said once a gap
   kWriterGone,      ///< the daemon said goodbye
+  kRivalSeen,       ///< somebody else publishes this instrument too, see TubeNews::rival; it is not delivered
+  kRivalGone,       ///< nobody else does any more
 };
 
 /// "estimate", "deadline missed", ...
@@ -30,7 +32,7 @@ struct TubeSample {
   tubed_TubeEstimate estimate{};
   std::int64_t received_monotonic_ns = 0;  ///< of this host, when it was taken from DDS
   std::uint64_t lost_before = 0;           ///< sequence numbers missing since the sample before
-  bool is_restart = false;                 ///< first one of another start of the daemon
+  bool is_restart = false;  ///< first one of another writer: a restarted daemon, or the one a rival left
 };
 
 /// The answer of wait_for().
@@ -39,8 +41,10 @@ struct TubeNews {
   /// Null unless event is kEstimate, so that an old shape cannot be mistaken for a new one.
   /// Points into the subscriber, until its next call.
   const TubeSample* sample = nullptr;
-  std::string_view
-      instrument_id;  ///< whom it is about; empty with kTimeout. Lives as long as the subscriber.
+  std::string_view instrument_id{};  ///< whom it is about; empty with kTimeout. Until the next call.
+  /// With kRivalSeen: who it is, as far as DDS tells: "tubed, process 4711 on host or-3, DDS writer 0110...".
+  /// Until the next call.
+  std::string_view rival{};
 };
 
 /// Counted since construction, over all instruments subscribed to.
@@ -50,11 +54,15 @@ struct SubscriberStatus {
   std::uint32_t writers = 0;        ///< daemons matched now
   std::int64_t newest_age_ns = -1;  ///< since the newest accepted sample came, -1: never one
   std::uint64_t accepted = 0;
-  std::uint64_t lost = 0;              ///< by sequence number
-  std::uint64_t refused_backward = 0;  ///< replayed samples and those of a second daemon, dropped
+  std::uint64_t lost = 0;                 ///< by sequence number
+  std::uint64_t refused_backward = 0;     ///< replayed samples, dropped
+  std::uint64_t refused_rival = 0;        ///< of writers that are not followed: a second daemon, a forger
+  std::uint64_t refused_implausible = 0;  ///< numbers that outrun rate times time, times ahead of now
+  std::uint64_t refused_instruments = 0;  ///< of instruments beyond Subscription::max_instruments
+  std::uint32_t rivals = 0;               ///< instruments that somebody else publishes too, now
   std::uint64_t refused_late =
       0;  ///< waited longer than a shape lives, in this host or on the way; dropped, and lost
-  std::uint64_t restarts = 0;
+  std::uint64_t restarts = 0;  ///< changes of the writer that is followed
   std::uint64_t deadlines_missed = 0;
   std::uint64_t liveliness_lost = 0;
 };
@@ -65,9 +73,10 @@ enum class Delivery {
   kEvery,   ///< all that the history (32 an instrument) still has: what a recorder wants
 };
 
-/// Subscribes to TubeEstimate. One thread at a time. The times of kDeadlineMissed and kLivelinessLost are
-/// measured against accepted samples, so replayed packets do not keep a dead daemon alive. They are noticed
-/// inside wait_for().
+/// Subscribes to TubeEstimate. Of several writers of one instrument it follows one as long as that is alive,
+/// says that there are others, and follows another when that one ended: see writer_choice.hpp. One thread at
+/// a time. The times of kDeadlineMissed and kLivelinessLost are measured against accepted samples, so
+/// replayed packets do not keep a dead daemon alive. They are noticed inside wait_for().
 class TubeSubscriber {
  public:
   /// Throws DdsError: no such network interface, domain out of range.

@@ -26,6 +26,7 @@ static_assert(tubed_REASON_DEADLINE_MISSED == static_cast<unsigned>(Reason::kDea
 static_assert(tubed_REASON_INITIALISING == static_cast<unsigned>(Reason::kInitialising));
 static_assert(tubed_REASON_DEMO_DATA == static_cast<unsigned>(Reason::kDemoData));
 static_assert(tubed_REASON_REPLAY_DATA == static_cast<unsigned>(Reason::kReplayData));
+static_assert(tubed_REASON_RIVAL_WRITER == static_cast<unsigned>(Reason::kRivalWriter));
 
 static_assert(std::size(tubed_TubeEstimate{}.points) == kMaxCentrelinePoints);
 static_assert(std::size(tubed_TubeEstimate{}.coefficients_mm) == kMaxCoefficients);

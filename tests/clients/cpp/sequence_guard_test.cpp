@@ -5,83 +5,88 @@
 namespace tubed {
 namespace {
 
-/// A sample published at `time` on both clocks.
-SampleOrigin sample(std::uint64_t daemon_start, std::uint64_t sequence_number, std::int64_t time) {
-  return {.daemon_start = daemon_start,
-          .sequence_number = sequence_number,
-          .publish_monotonic_ns = time,
-          .publish_time_ns = time};
+constexpr double kMaxRate_hz = 120;
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kPeriod_ns = kSecond_ns / 30;
+constexpr std::int64_t kUptime_ns = 1000 * kSecond_ns;  // of the daemon's host, when a test begins
+
+/// A guard, and samples that arrive when they are published.
+class SequenceGuardTest : public ::testing::Test {
+ protected:
+  static SampleOrigin sample(std::uint64_t number, std::int64_t time_ns) {
+    return {.daemon_start = 9,
+            .sequence_number = number,
+            .publish_monotonic_ns = kUptime_ns + time_ns,
+            .writer = 1};
+  }
+
+  Order arrives(std::uint64_t number, std::int64_t time_ns) {
+    return arrives_at(time_ns, sample(number, time_ns));
+  }
+
+  Order arrives_at(std::int64_t now_ns, const SampleOrigin& origin) {
+    const Order order = guard_.order_of(origin, now_ns);
+    if (order == Order::kFirst || order == Order::kNext) guard_.accept(origin, now_ns);
+    if (order == Order::kImplausible) guard_.refuse_jump(origin, now_ns);
+    return order;
+  }
+
+  SequenceGuard guard_{kMaxRate_hz};
+};
+
+TEST_F(SequenceGuardTest, NumbersThatGoForwardAreAccepted) {
+  EXPECT_EQ(arrives(5, 100), Order::kFirst);
+  EXPECT_EQ(arrives(6, 101), Order::kNext);
+  EXPECT_EQ(arrives(9, 102), Order::kNext);
+  EXPECT_EQ(guard_.newest_number(), 9U);
 }
 
-TEST(SequenceGuard, NumbersThatGoForwardAreAcceptedAndGapsAreCounted) {
-  SequenceGuard guard;
+TEST_F(SequenceGuardTest, TheSameOrASmallerNumberIsAReplay) {
+  arrives(5, 100);
 
-  EXPECT_EQ(guard.judge(sample(9, 5, 100)), Verdict::kFirst);
-  EXPECT_EQ(guard.lost_before(), 0U);
-  EXPECT_EQ(guard.judge(sample(9, 6, 101)), Verdict::kNext);
-  EXPECT_EQ(guard.lost_before(), 0U);
-  EXPECT_EQ(guard.judge(sample(9, 9, 102)), Verdict::kNext);
-  EXPECT_EQ(guard.lost_before(), 2U);
+  EXPECT_EQ(arrives(5, 101), Order::kBackward);
+  EXPECT_EQ(arrives(4, 102), Order::kBackward);
+  EXPECT_EQ(arrives(6, 103), Order::kNext);
 }
 
-TEST(SequenceGuard, TheSameOrASmallerNumberIsAReplay) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5, 100));
+TEST_F(SequenceGuardTest, ALargerNumberFromAnEarlierTimeIsRefused) {
+  arrives(5, 100);
 
-  EXPECT_EQ(guard.judge(sample(9, 5, 101)), Verdict::kBackward);
-  EXPECT_EQ(guard.judge(sample(9, 4, 102)), Verdict::kBackward);
-  EXPECT_EQ(guard.judge(sample(9, 6, 103)), Verdict::kNext);
+  EXPECT_EQ(arrives(6, 99), Order::kBackward);
 }
 
-TEST(SequenceGuard, ALargerNumberFromAnEarlierTimeIsRefused) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5, 100));
+TEST_F(SequenceGuardTest, ANumberCannotOutrunRateTimesTimeAndTheGenuineOnesGoOn) {
+  arrives(1, 0);
 
-  EXPECT_EQ(guard.judge(sample(9, 6, 99)), Verdict::kBackward);
+  EXPECT_EQ(arrives(std::uint64_t{1} << 60U, kPeriod_ns), Order::kImplausible);
+  EXPECT_EQ(arrives(2, kPeriod_ns), Order::kNext);
+  EXPECT_EQ(arrives(2 + 120 * 10 + 60, 10 * kSecond_ns + kPeriod_ns), Order::kNext);  // 120 Hz and the margin
+  EXPECT_EQ(arrives(2 + 120 * 20 + 122, 20 * kSecond_ns + kPeriod_ns), Order::kImplausible);
 }
 
-TEST(SequenceGuard, ARestartBeginsAtOneAgainAndIsAccepted) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5000, 100));
-
-  EXPECT_EQ(guard.judge(sample(8, 1, 200)), Verdict::kRestart);
-  EXPECT_EQ(guard.lost_before(), 0U);
-  EXPECT_EQ(guard.judge(sample(8, 2, 201)), Verdict::kNext);
+TEST_F(SequenceGuardTest, AFirstNumberCannotBeOlderThanItsHost) {
+  EXPECT_EQ(arrives(120 * 1000 + 61, 0), Order::kImplausible);
+  EXPECT_EQ(arrives(120 * 1000 + 60, 0), Order::kFirst);
 }
 
-TEST(SequenceGuard, AStartThatEndedNeverComesBack) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5000, 100));
-  guard.judge(sample(8, 1, 200));
-
-  EXPECT_EQ(guard.judge(sample(9, 5001, 300)), Verdict::kBackward);
+TEST_F(SequenceGuardTest, AfterTheClockOfThisHostStoodStillForAnHourSamplesAreAcceptedWithinTwoSeconds) {
+  arrives(1, 0);
+  std::int64_t accepted_ns = 0;
+  for (int k = 1; k < 90 && accepted_ns == 0; ++k) {
+    const SampleOrigin later =
+        sample(108'000 + static_cast<std::uint64_t>(k), 3600 * kSecond_ns + k * kPeriod_ns);
+    if (arrives_at(k * kPeriod_ns, later) == Order::kNext) accepted_ns = k * kPeriod_ns;
+  }
+  EXPECT_GT(accepted_ns, kSecond_ns);
+  EXPECT_LT(accepted_ns, 2 * kSecond_ns);
 }
 
-TEST(SequenceGuard, ARestartAfterTheClockWasSetBackIsKnownByItsNewWriter) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5000, 1000));
-  SampleOrigin restarted = sample(8, 1, 100);
-  restarted.writer = 77;
-
-  EXPECT_EQ(guard.judge(restarted), Verdict::kRestart);
-}
-
-TEST(SequenceGuard, AnUnknownStartFromThePastIsAReplayNotARestart) {
-  SequenceGuard guard;
-  guard.judge(sample(9, 5, 100));
-
-  EXPECT_EQ(guard.judge(sample(7, 1, 50)), Verdict::kBackward);
-}
-
-TEST(SequenceGuard, ARestartedHostMayBeginItsMonotonicClockAgain) {
-  SequenceGuard guard;
-  guard.judge(
-      {.daemon_start = 9, .sequence_number = 5, .publish_monotonic_ns = 1000, .publish_time_ns = 1000});
-
-  const SampleOrigin after_reboot{
-      .daemon_start = 8, .sequence_number = 1, .publish_monotonic_ns = 10, .publish_time_ns = 2000};
-
-  EXPECT_EQ(guard.judge(after_reboot), Verdict::kRestart);
+TEST_F(SequenceGuardTest, JumpsAreNeverAcceptedWhileTheGenuineOnesCome) {
+  for (std::uint64_t k = 1; k < 300; ++k) {
+    const std::int64_t time_ns = static_cast<std::int64_t>(k) * kPeriod_ns;
+    EXPECT_EQ(arrives(k, time_ns), k == 1 ? Order::kFirst : Order::kNext) << k;
+    EXPECT_EQ(arrives(1'000'000 + k, time_ns), Order::kImplausible) << k;
+  }
 }
 
 }  // namespace

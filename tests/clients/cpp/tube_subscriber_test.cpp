@@ -1,7 +1,11 @@
 #include "clients/cpp/tube_subscriber.hpp"
 
+#include <unistd.h>
+
 #include <cstring>
 #include <memory>
+#include <set>
+#include <vector>
 
 #include "clients/cpp/topic_reader.hpp"
 #include "idl/dds_contract.hpp"
@@ -140,7 +144,8 @@ TEST_F(TubeSubscriberTest, ReplayedSamplesAreDroppedAndCounted) {
   EXPECT_EQ(news.sample->estimate.sequence_number, 12U);
   EXPECT_EQ(news.sample->lost_before, 1U);
   EXPECT_EQ(subscriber.status().lost, 1U);
-  EXPECT_EQ(subscriber.status().refused_backward, 4U);
+  EXPECT_EQ(subscriber.status().refused_backward, 3U);
+  EXPECT_EQ(subscriber.status().refused_rival, 1U);
 }
 
 TEST_F(TubeSubscriberTest, ReplayedSamplesDoNotKeepADeadDaemonAlive) {
@@ -161,21 +166,128 @@ TEST_F(TubeSubscriberTest, ReplayedSamplesDoNotKeepADeadDaemonAlive) {
   EXPECT_GT(subscriber.status().refused_backward, 5U);
 }
 
-TEST_F(TubeSubscriberTest, ARestartedDaemonIsAcceptedAndSaidToBeOne) {
+TEST_F(TubeSubscriberTest, ARestartedDaemonIsAcceptedAtItsThirdSampleAndSaidToBeOne) {
   TubeSubscriber subscriber(own_subscription());
-  ScriptedWriter first;
-  first.wait_for_subscriber();
-  first.write(9, 5000);
+  auto first = std::make_unique<ScriptedWriter>();
+  first->wait_for_subscriber();
+  first->write(9, 5000);
   ASSERT_EQ(subscriber.wait_for(seconds(5)).event, TubeEvent::kEstimate);
+  first.reset();
+  ASSERT_EQ(subscriber.wait_for(seconds(5)).event, TubeEvent::kWriterGone);
 
   ScriptedWriter second;
   second.wait_for_subscriber();
-  second.write(8, 1);
+  TubeNews news;
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    EXPECT_EQ(news.sample, nullptr);
+    second.write(8, number);
+    news = subscriber.wait_for(milliseconds(33));
+  }
 
-  const TubeNews news = subscriber.wait_for(milliseconds(90));
   ASSERT_EQ(news.event, TubeEvent::kEstimate);
+  EXPECT_EQ(news.sample->estimate.sequence_number, 3U);
   EXPECT_TRUE(news.sample->is_restart);
   EXPECT_EQ(subscriber.status().restarts, 1U);
+}
+
+/// Publishes 30 times a second, as a daemon does, while a subscriber listens.
+class Daemon {
+ public:
+  explicit Daemon(std::uint64_t start) : start_(start) { writer_.wait_for_subscriber(); }
+  void write() { writer_.write(start_, ++number_); }
+
+ private:
+  ScriptedWriter writer_;
+  std::uint64_t start_;
+  std::uint64_t number_ = 0;
+};
+
+/// Everything that is told within a period of 33 ms.
+std::vector<TubeNews> period(TubeSubscriber& subscriber) {
+  std::vector<TubeNews> all;
+  const auto until = steady_clock::now() + milliseconds(33);
+  while (steady_clock::now() < until) {
+    const TubeNews news = subscriber.wait_for(
+        std::chrono::duration_cast<milliseconds>(until - steady_clock::now()) + milliseconds(1));
+    if (news.event != TubeEvent::kTimeout) all.push_back(news);
+  }
+  return all;
+}
+
+TEST_F(TubeSubscriberTest, ARivalIsToldWithItsProcessAndNothingOfItIsHandedOver) {
+  TubeSubscriber subscriber(own_subscription(), Delivery::kEvery);
+  Daemon real(9);
+  real.write();
+  ASSERT_EQ(subscriber.wait_for(seconds(5)).event, TubeEvent::kEstimate);
+
+  std::vector<TubeEvent> told;
+  std::string who;
+  {
+    Daemon rival(8);
+    for (int k = 0; k < 20; ++k) {
+      rival.write();
+      real.write();
+      for (const TubeNews& news : period(subscriber)) {
+        EXPECT_TRUE(news.sample == nullptr || news.sample->estimate.daemon_start == 9U);
+        if (news.event == TubeEvent::kRivalSeen) who = news.rival;
+        if (news.event != TubeEvent::kEstimate) told.push_back(news.event);
+      }
+    }
+    EXPECT_EQ(subscriber.status().rivals, 1U);
+  }
+  for (const TubeNews& news : period(subscriber)) {
+    if (news.event != TubeEvent::kEstimate) told.push_back(news.event);
+  }
+
+  EXPECT_EQ(told, (std::vector{TubeEvent::kRivalSeen, TubeEvent::kRivalGone}));
+  EXPECT_NE(who.find("clients_cpp_tes"), std::string::npos) << who;
+  EXPECT_NE(who.find("process " + std::to_string(getpid())), std::string::npos) << who;
+  EXPECT_NE(who.find("DDS writer "), std::string::npos) << who;
+  EXPECT_EQ(subscriber.status().refused_rival, 20U);
+  EXPECT_EQ(subscriber.status().rivals, 0U);
+}
+
+TEST_F(TubeSubscriberTest, AForgedSampleWithAHugeNumberMakesNobodyDeaf) {
+  TubeSubscriber subscriber(own_subscription(), Delivery::kEvery);
+  Daemon real(9);
+  real.write();
+  ASSERT_EQ(subscriber.wait_for(seconds(5)).event, TubeEvent::kEstimate);
+  ScriptedWriter forger;
+  forger.wait_for_subscriber();
+
+  int heard = 0;
+  for (int k = 0; k < 10; ++k) {
+    forger.write(9, std::uint64_t{1} << 60U);
+    real.write();
+    for (const TubeNews& news : period(subscriber)) heard += news.sample != nullptr ? 1 : 0;
+  }
+
+  EXPECT_EQ(heard, 10);
+  EXPECT_EQ(subscriber.status().refused_implausible, 10U);
+}
+
+TEST_F(TubeSubscriberTest, EightInstrumentsAreHeardAndInventedOnesBeyondThemAreCounted) {
+  TubeSubscriber subscriber(own_subscription(), Delivery::kEvery);
+  Daemon real(9);
+  ScriptedWriter forger;
+  forger.wait_for_subscriber();
+
+  std::set<std::string> heard;
+  int real_heard = 0;
+  for (int k = 0; k < 10; ++k) {
+    real.write();
+    for (int i = 0; i < 20; ++i) forger.write(7, 1, 0, ("invented-" + std::to_string(20 * k + i)).c_str());
+    for (const TubeNews& news : period(subscriber)) {
+      if (news.sample != nullptr) heard.emplace(news.instrument_id);
+      real_heard += news.sample != nullptr && news.instrument_id == "catheter" ? 1 : 0;
+    }
+  }
+
+  EXPECT_EQ(real_heard, 10);
+  // Seven beside the real one, and after 200 ms of silence seven others in their places.
+  EXPECT_GE(heard.size(), 8U);
+  EXPECT_LE(heard.size(), 1U + 2 * 7U);
+  EXPECT_GE(subscriber.status().refused_instruments, 180U - 14U);
 }
 
 TEST_F(TubeSubscriberTest, ABusySubscriberGetsTheNewestAndIsToldHowManyItNeverGot) {
