@@ -23,6 +23,8 @@ class DdsOutlet final : public Outlet {
   /// What tells this start of the daemon from others, in every sample.
   [[nodiscard]] std::uint64_t daemon_start() const { return publisher_.daemon_start(); }
 
+  [[nodiscard]] const DdsEntity& participant() const { return publisher_.participant(); }
+
   void publish(const TubeEstimate& estimate) override;
   void publish_em(const EmFrame& frame) override;
   void publish_status(std::span<const NamedReport> reports, bool changed) override;

@@ -22,6 +22,7 @@
 #include "daemon/publishing/cyclone_log.hpp"
 #include "daemon/publishing/systemd_notify.hpp"
 #include "daemon/reload.hpp"
+#include "daemon/rival_outlet.hpp"
 #include "daemon/shm_outlet.hpp"
 
 namespace {
@@ -115,7 +116,8 @@ int run_daemon(const tubed::Configuration& configuration) {
     shm.emplace(configuration, dds.daemon_start(), dds);
   }
   tubed::SystemdNotify notify;
-  tubed::NotifyOutlet outlet(configuration, notify, shm ? static_cast<tubed::Outlet&>(*shm) : dds);
+  tubed::NotifyOutlet notified(configuration, notify, shm ? static_cast<tubed::Outlet&>(*shm) : dds);
+  tubed::RivalOutlet outlet(configuration, dds.participant(), notified);
   tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
                            configuration.pipeline, outlet);
   for (const std::string& refusal : pipeline.start()) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "clients/tubectl/doctor_checks.hpp"
+#include "clients/tubectl/doctor_rivals.hpp"
 #include "clients/tubectl/doctor_tracker.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "daemon/config/load_configuration.hpp"
@@ -76,6 +77,15 @@ TrackerExamination look_at_tracker(const DoctorArguments& arguments) {
   }
 }
 
+/// Nothing when the configuration cannot be read.
+std::vector<NamedFinding> look_for_rivals(const DoctorArguments& arguments) {
+  try {
+    return examine_rivals(load_configuration(arguments.configuration));
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 int run_doctor(const DoctorArguments& arguments) {
   const Machine machine = this_machine(arguments.configuration);
   nlohmann::json report = nlohmann::json::array();
@@ -96,6 +106,9 @@ int run_doctor(const DoctorArguments& arguments) {
   }
   const TrackerExamination tracker = look_at_tracker(arguments);
   for (const NamedFinding& one : tracker.findings) {
+    tell(one.name, one.finding);
+  }
+  for (const NamedFinding& one : look_for_rivals(arguments)) {
     tell(one.name, one.finding);
   }
   if (arguments.as_json) {

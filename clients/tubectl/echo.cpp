@@ -61,6 +61,20 @@ void print_event(std::string_view event, std::string_view instrument_id, bool as
   }
 }
 
+/// A rival takes nothing away from what is shown.
+void print_rival(const TubeNews& news, bool as_json) {
+  if (as_json) {
+    std::cout << nlohmann::json{{"event", name_of(news.event)},
+                                {"instrument_id", news.instrument_id},
+                                {"rival", news.rival}}
+              << std::endl;
+  } else if (news.event == TubeEvent::kRivalSeen) {
+    std::cout << news.instrument_id << " RIVAL: somebody else publishes it too: " << news.rival << std::endl;
+  } else {
+    std::cout << news.instrument_id << " nobody else publishes it any more" << std::endl;
+  }
+}
+
 /// Flushed line by line: somebody watches, or a pipe reads.
 void print_estimate(const TubeSample& sample, bool as_json) {
   if (as_json) {
@@ -81,6 +95,8 @@ std::uint64_t echo_estimates(const EchoArguments& arguments) {
     if (news.sample != nullptr) {
       print_estimate(*news.sample, arguments.as_json);
       budget.spend_one();
+    } else if (news.event == TubeEvent::kRivalSeen || news.event == TubeEvent::kRivalGone) {
+      print_rival(news, arguments.as_json);
     } else if (news.event != TubeEvent::kTimeout) {
       print_event(name_of(news.event), news.instrument_id, arguments.as_json);
     }

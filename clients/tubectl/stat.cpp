@@ -51,17 +51,26 @@ StatisticsByInstrument listen(TubeSubscriber& subscriber, double duration_s) {
 void print(const StatisticsByInstrument& statistics, const SubscriberStatus& status,
            const StatArguments& arguments) {
   if (arguments.as_json) {
-    nlohmann::json report{{"seconds", arguments.duration_s}, {"refused_backward", status.refused_backward}};
+    nlohmann::json report{{"seconds", arguments.duration_s},
+                          {"refused_backward", status.refused_backward},
+                          {"refused_rival", status.refused_rival},
+                          {"refused_implausible", status.refused_implausible},
+                          {"refused_instruments", status.refused_instruments}};
     report["instruments"] = nlohmann::json::object();
     for (const auto& [id, stream] : statistics) report["instruments"][id] = stream.to_json();
     std::cout << report.dump(2) << '\n';
     return;
   }
   for (const auto& [id, stream] : statistics) std::cout << id << '\n' << stream.table();
-  if (status.refused_backward > 0) {
-    std::cout << status.refused_backward
-              << " samples went backward and were refused: replayed, or a second daemon\n";
-  }
+  const auto tell = [](std::uint64_t count, const char* what) {
+    if (count > 0) std::cout << count << " samples " << what << '\n';
+  };
+  tell(status.refused_backward, "went backward and were refused: replayed packets");
+  tell(status.refused_rival,
+       "of another writer of the same instrument were refused: tubectl doctor says who it is");
+  tell(status.refused_implausible, "had a number or time that cannot be and were refused: forged");
+  tell(status.refused_instruments,
+       "of further instruments were refused, beyond eight at a time: choose one with --instrument");
 }
 
 int run_stat(const StatArguments& arguments) {

@@ -46,7 +46,7 @@ void listen_to_estimates(const StatusArguments& arguments, LinesByInstrument& li
     if (news.sample != nullptr) {
       line.add(*news.sample);
     } else {
-      line.add(news.event);
+      line.add(news);
     }
   }
 }

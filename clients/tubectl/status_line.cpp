@@ -31,7 +31,13 @@ void StatusLine::add(const TubeSample& sample) {
   }
 }
 
-void StatusLine::add(TubeEvent event) { trouble_ = event; }
+void StatusLine::add(const TubeNews& news) {
+  if (news.event == TubeEvent::kRivalSeen || news.event == TubeEvent::kRivalGone) {
+    rival_ = news.rival;
+  } else {
+    trouble_ = news.event;
+  }
+}
 
 bool StatusLine::add(const tubed_TubeStatus& status) {
   const bool is_first = stages_.empty();
@@ -47,7 +53,9 @@ bool StatusLine::add(const tubed_TubeStatus& status) {
   return is_first;
 }
 
-bool StatusLine::is_valid() const { return !trouble_ && validity_ == name_of(Validity::kValid); }
+bool StatusLine::is_valid() const {
+  return !trouble_ && rival_.empty() && validity_ == name_of(Validity::kValid);
+}
 
 std::string StatusLine::word() const {
   return trouble_ || validity_.empty() ? std::string("NO_SHAPE") : validity_;
@@ -70,6 +78,7 @@ std::string StatusLine::text(const std::string& id) const {
   line += " rate=" + number(rate_hz(), "Hz") + " latency=" + number(latency_ms_, "ms");
   for (const auto& [stage, state] : stages_) line += " " + stage + "=" + state;
   for (const auto& [stage, why] : whys_) line += " " + stage + "=\"" + why + "\"";
+  if (!rival_.empty()) line += " rival=\"" + rival_ + "\"";
   return line;
 }
 
@@ -78,6 +87,7 @@ nlohmann::json StatusLine::to_json(const std::string& id) const {
   json["why"] = whys_;
   json["reasons"] = reasons_.empty() ? nlohmann::json() : nlohmann::json(reasons_);
   json["event"] = trouble_ ? nlohmann::json(name_of(*trouble_)) : nlohmann::json();
+  json["rival"] = rival_.empty() ? nlohmann::json() : nlohmann::json(rival_);
   json["rate_hz"] = rate_hz() ? nlohmann::json(*rate_hz()) : nlohmann::json();
   json["latency_ms"] = latency_ms_ ? nlohmann::json(*latency_ms_) : nlohmann::json();
   return json;

@@ -19,15 +19,15 @@ std::string_view name_of_stage_state(std::uint32_t state);
 class StatusLine {
  public:
   void add(const TubeSample& sample);
-  void add(TubeEvent event);
+  void add(const TubeNews& event);
   /// False when the stages were known already; they are replaced.
   bool add(const tubed_TubeStatus& status);
 
-  /// The newest thing heard is an estimate, and it is VALID.
+  /// The newest thing heard is an estimate, it is VALID, and nobody else publishes the instrument.
   [[nodiscard]] bool is_valid() const;
 
   /// `ID WORD reasons rate=30.0Hz latency=12ms em=running grab-A=running ...`, no line break. After an event
-  /// the word is NO_SHAPE.
+  /// the word is NO_SHAPE. While somebody else publishes the instrument too, rival="WHO" at its end.
   [[nodiscard]] std::string text(const std::string& id) const;
   /// instrument_id, validity, reasons, rate_hz, latency_ms, stages {name: state}; null for what is not known.
   [[nodiscard]] nlohmann::json to_json(const std::string& id) const;
@@ -37,6 +37,7 @@ class StatusLine {
   [[nodiscard]] std::optional<double> rate_hz() const;
 
   std::optional<TubeEvent> trouble_;  ///< since the newest estimate
+  std::string rival_;                 ///< who else publishes the instrument; empty: nobody
   std::string validity_;
   std::string reasons_;
   std::uint64_t samples_ = 0;

@@ -96,6 +96,9 @@ std::string top_table(const tubed_TubeStatus& status, const tubed_TubeHealth& be
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.5)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.9)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.99)));
+  if (Reasons(status.reasons).has(Reason::kRivalWriter)) {
+    table += "RIVAL: somebody else publishes this instrument too; tubectl doctor says who\n\n";
+  }
   table +=
       fmt::format("{:<14} {:<13} {:>6} {:>8} {:>8} {:>8} {:>8} {:>6} {:>8} {:>8} {:>8}\n", "stage", "state",
                   "for", "steps/s", "out/s", "dropped", "refused", "recon", "p50 ms", "p90 ms", "p99 ms");

@@ -149,4 +149,6 @@ std::uint64_t DdsPublisher::daemon_start() const { return writers_->daemon_start
 
 const PublishCounters& DdsPublisher::counters() const { return writers_->counters; }
 
+const DdsEntity& DdsPublisher::participant() const { return writers_->participant; }
+
 }  // namespace tubed

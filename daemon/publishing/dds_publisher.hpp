@@ -13,6 +13,8 @@
 
 namespace tubed {
 
+class DdsEntity;
+
 /// What became of one write. A bad one is a value, never an exception: the next estimate is due in 33 ms.
 enum class PublishResult { kWritten, kTimedOut, kFailed };
 
@@ -58,6 +60,8 @@ class DdsPublisher {
   /// Drawn at construction, never 0: tells a restart from a replayed sample.
   [[nodiscard]] std::uint64_t daemon_start() const;
   [[nodiscard]] const PublishCounters& counters() const;
+  /// For readers that are not to hear these writers.
+  [[nodiscard]] const DdsEntity& participant() const;
 
  private:
   struct Writers;

@@ -98,7 +98,8 @@ void check(const tubed::TubeEstimate& estimate) {
   expect_equal("valid_time_monotonic_ns", estimate.valid_time_monotonic_ns(), 102);
   expect_equal("publish_time_ns", estimate.publish_time_ns(), 5'000'000);
   expect_equal("validity", estimate.validity(), tubed::VALIDITY_QUESTIONABLE);
-  expect_equal("reasons", estimate.reasons(), tubed::REASON_COIL_LOST | tubed::REASON_IMAGE_OFF);
+  expect_equal("reasons", estimate.reasons(),
+               tubed::REASON_COIL_LOST | tubed::REASON_IMAGE_OFF | tubed::REASON_RIVAL_WRITER);
   expect_equal("has_image", estimate.has_image(), true);
   expect_equal("is_image_instant", estimate.is_image_instant(), false);
   expect_equal("image_frame", estimate.image_frame(), 103);

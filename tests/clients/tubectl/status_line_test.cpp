@@ -38,11 +38,24 @@ TEST(StatusLine, SaysValidityReasonsRateAndStagesOnOneLine) {
 TEST(StatusLine, AfterAnEventTheLastShapeIsNotCurrent) {
   StatusLine line;
   line.add(sample_at(0, Validity::kValid));
-  line.add(TubeEvent::kLivelinessLost);
+  line.add(TubeNews{.event = TubeEvent::kLivelinessLost});
   EXPECT_FALSE(line.is_valid());
   EXPECT_TRUE(line.text("cath-1").starts_with("cath-1 NO_SHAPE \"liveliness lost\"")) << line.text("cath-1");
 
   line.add(sample_at(1, Validity::kValid));
+  EXPECT_TRUE(line.is_valid());
+}
+
+TEST(StatusLine, ARivalIsNamedAndLeavesTheShapeCurrentButNotInOrder) {
+  StatusLine line;
+  line.add(TubeNews{.event = TubeEvent::kRivalSeen, .rival = "tubed, process 7 on host b"});
+  line.add(sample_at(0, Validity::kValid));
+  EXPECT_FALSE(line.is_valid());
+  EXPECT_TRUE(line.text("cath-1").starts_with("cath-1 VALID ")) << line.text("cath-1");
+  EXPECT_TRUE(line.text("cath-1").ends_with(" rival=\"tubed, process 7 on host b\"")) << line.text("cath-1");
+  EXPECT_EQ(line.to_json("cath-1").at("rival"), "tubed, process 7 on host b");
+
+  line.add(TubeNews{.event = TubeEvent::kRivalGone});
   EXPECT_TRUE(line.is_valid());
 }
 

@@ -1,5 +1,7 @@
 #include "clients/tubectl/top_table.hpp"
 
+#include "TubeEstimate.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,6 +69,14 @@ TEST(TopTable, ShowsRatesOfTheIntervalAndWhyAStageIsDegraded) {
   EXPECT_NE(table.find("cath-1  VALID  -  30.0 estimates/s"), std::string::npos) << table;
   EXPECT_NE(table.find("degraded         90s     30.0"), std::string::npos) << table;
   EXPECT_NE(table.find("images are late"), std::string::npos) << table;
+}
+
+TEST(TopTable, SaysThatSomebodyElsePublishesTheInstrument) {
+  tubed_TubeStatus rivalled = status();
+  rivalled.reasons = tubed_REASON_RIVAL_WRITER;
+  EXPECT_NE(top_table(rivalled, health(7, 10, 300), health(7, 12, 360)).find("RIVAL: somebody else"),
+            std::string::npos);
+  EXPECT_EQ(top_table(status(), health(7, 10, 300), health(7, 12, 360)).find("RIVAL"), std::string::npos);
 }
 
 TEST(TopTable, AcrossARestartThereIsNoRate) {

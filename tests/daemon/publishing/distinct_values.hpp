@@ -25,6 +25,7 @@ inline TubeEstimate distinct_estimate() {
   estimate.validity = Validity::kQuestionable;
   estimate.reasons.add(Reason::kCoilLost);
   estimate.reasons.add(Reason::kImageOff);
+  estimate.reasons.add(Reason::kRivalWriter);
   estimate.has_image = true;
   estimate.image_frame = 103;
   estimate.em_frame = 104;

@@ -18,7 +18,7 @@ TEST(WireConversion, EveryScalarOfAnEstimateIsFoundInItsField) {
   EXPECT_EQ(wire.sequence_number, estimate.sequence_number);
   EXPECT_EQ(wire.valid_time_monotonic_ns, estimate.valid_time_ns);
   EXPECT_EQ(wire.validity, 2U);
-  EXPECT_EQ(wire.reasons, 4U | 32U);  // COIL_LOST, IMAGE_OFF
+  EXPECT_EQ(wire.reasons, 4U | 32U | 65536U);  // COIL_LOST, IMAGE_OFF, RIVAL_WRITER
   EXPECT_TRUE(wire.has_image);
   EXPECT_FALSE(wire.is_image_instant);
   EXPECT_EQ(wire.image_frame, estimate.image_frame);

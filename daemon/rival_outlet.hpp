@@ -1,0 +1,33 @@
+// What is published while somebody else publishes the same instruments.
+#pragma once
+
+#include "daemon/config/configuration.hpp"
+#include "daemon/pipeline/publisher_stage.hpp"
+#include "daemon/publishing/rival_watch.hpp"
+
+namespace tubed {
+
+/// Hands everything on to the next outlet. While an instrument has a rival its shapes are QUESTIONABLE at
+/// best, with the reason RIVAL_WRITER; that it came, who it is and that it went is logged. All calls come
+/// from the publisher thread, which looks for rivals after each estimate has left.
+class RivalOutlet final : public Outlet {
+ public:
+  /// `configuration`, `participant` (the publisher's) and `next` outlive this object. Throws DdsError.
+  RivalOutlet(const Configuration& configuration, const DdsEntity& participant, Outlet& next);
+
+  void publish(const TubeEstimate& estimate) override;
+  void publish_em(const EmFrame& frame) override { next_.publish_em(frame); }
+  void publish_status(std::span<const NamedReport> reports, bool changed) override;
+  void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
+
+ private:
+  void log_changes() const;
+
+  const Configuration& configuration_;
+  RivalWatch watch_;
+  Outlet& next_;
+  TubeEstimate flagged_;
+  bool has_changed_ = false;  ///< since the last status
+};
+
+}  // namespace tubed
