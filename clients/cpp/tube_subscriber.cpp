@@ -132,15 +132,16 @@ class TubeSubscriber::Reception {
 
  private:
   void read_statuses() {
+    dds_liveliness_changed_status_t liveliness{};
+    if (dds_get_liveliness_changed_status(reader_.get(), &liveliness) == DDS_RETCODE_OK) {
+      writer_hangs_ = liveliness.alive_count == 0 && (writer_hangs_ || liveliness.not_alive_count_change > 0);
+    }
+    // After liveliness: a writer that says goodbye is lost for both.
     dds_subscription_matched_status_t matched{};
     if (dds_get_subscription_matched_status(reader_.get(), &matched) == DDS_RETCODE_OK) {
       writer_gone_ = matched.current_count == 0 && (writer_gone_ || matched.current_count_change < 0);
       counts_.writers = matched.current_count;
       if (matched.current_count_change != 0 || matched.total_count_change != 0) read_matched_writers();
-    }
-    dds_liveliness_changed_status_t liveliness{};
-    if (dds_get_liveliness_changed_status(reader_.get(), &liveliness) == DDS_RETCODE_OK) {
-      writer_hangs_ = liveliness.alive_count == 0 && (writer_hangs_ || liveliness.not_alive_count_change > 0);
     }
   }
 

@@ -125,11 +125,51 @@ TEST(WriterChoice, ASubscriberThatWasStoppedItselfStaysWithItsWriter) {
   Room room(false);  // and its queue holds samples of the rival first
   std::int64_t now_ns = follow_real(room);
   for (std::uint64_t k = 1; k < 30; ++k) room.hear(kRival, k, now_ns + static_cast<std::int64_t>(k));
-  now_ns += 8'000 * kMs;
+  now_ns += 800 * kMs;
   for (std::uint64_t k = 30; k < 60; ++k) {
     EXPECT_EQ(room.hear(kRival, k, now_ns + static_cast<std::int64_t>(k)), Ruling::kRival);
   }
-  EXPECT_EQ(room.hear(kReal, 250, now_ns + kMs), Ruling::kNext);
+  EXPECT_EQ(room.hear(kReal, 34, now_ns + kMs), Ruling::kNext);
+}
+
+TEST(WriterChoice, ARivalThatWasKilledIsFollowedByTheRealDaemonWithin200Milliseconds) {
+  for (std::int64_t shift_ns = 0; shift_ns < kPeriod_ns; shift_ns += kMs) {
+    Room room(false);
+    std::int64_t now_ns = 0;
+    for (std::uint64_t k = 1; k < 30; ++k) {
+      now_ns += kPeriod_ns;
+      room.hear(kRival, k, now_ns);
+      EXPECT_EQ(room.hear(kReal, k, now_ns + shift_ns), Ruling::kRival);
+    }
+    const std::int64_t killed_ns = now_ns;
+    std::uint64_t number = 30;
+    do {
+      now_ns += kPeriod_ns;
+    } while (room.hear(kReal, number++, now_ns + shift_ns) == Ruling::kRival);
+    EXPECT_GE(now_ns + shift_ns - killed_ns, 150 * kMs);
+    EXPECT_LE(now_ns + shift_ns - killed_ns, 205 * kMs);
+  }
+}
+
+TEST(WriterChoice, AStartThatTwoWritersClaimedIsHeardAgainUnderANewHandle) {
+  Room room;
+  std::int64_t now_ns = 0;
+  std::uint64_t number = 0;
+  const auto real = [&](std::uint64_t handle) {
+    now_ns += kPeriod_ns;
+    return room.hear({kReal + 70, ++number, kUptime_ns + now_ns, handle}, now_ns);
+  };
+  for (std::uint64_t k = 1; k < 30; ++k) {  // the forger is followed
+    room.hear({kReal + 70, 100'000 + k, kUptime_ns + now_ns, kRival}, now_ns);
+    real(kReal);
+  }
+  room.match({kReal});
+  EXPECT_EQ(real(kReal), Ruling::kOtherWriter);
+  for (int k = 0; k < 60; ++k) real(kReal);  // until the forger is forgotten
+  room.match({});
+  real(55);
+  real(55);
+  EXPECT_EQ(real(55), Ruling::kOtherWriter);
 }
 
 TEST(WriterChoice, AStartThatEndedDoesNotComeBackUnderAnotherWriter) {
@@ -203,7 +243,9 @@ std::vector<Forgery> forgeries(std::int64_t end_ns) {
     const auto gain = static_cast<std::uint64_t>(*rc::gen::inRange(0, 5));
     const auto clock_ns = *rc::gen::inRange<std::int64_t>(-1000, 1000) * 1'000 * kMs;
     const auto from_ns = *rc::gen::inRange<std::int64_t>(0, end_ns / kMs) * kMs;
-    const auto to_ns = *rc::gen::inRange<std::int64_t>(from_ns / kMs, end_ns / kMs + 1) * kMs;
+    const bool stays = *rc::gen::arbitrary<bool>();
+    const auto to_ns =
+        stays ? end_ns : *rc::gen::inRange<std::int64_t>(from_ns / kMs, end_ns / kMs + 1) * kMs;
     for (std::int64_t at_ns = from_ns; at_ns < to_ns; at_ns += step_ns) {
       all.push_back({at_ns, {start, number, kUptime_ns + clock_ns + at_ns, writer}});
       number += gain;
