@@ -20,26 +20,25 @@ std::vector<std::string> ids_of(const Configuration& configuration) {
 RivalOutlet::RivalOutlet(const Configuration& configuration, const DdsEntity& participant, Outlet& next)
     : configuration_(configuration),
       watch_(participant, configuration.dds, ids_of(configuration)),
-      next_(next) {}
+      next_(next),
+      is_flagged_(configuration.room.instruments.size()) {}
 
 void RivalOutlet::publish(const TubeEstimate& estimate) {
-  if (watch_.reports()[estimate.instrument].is_there) {
-    flagged_ = estimate;
-    flagged_.reasons.add(Reason::kRivalWriter);
-    if (flagged_.validity == Validity::kValid) flagged_.validity = Validity::kQuestionable;
-    next_.publish(flagged_);
-  } else {
-    next_.publish(estimate);
+  const bool has_rival = watch_.reports()[estimate.instrument].is_there;
+  if (has_rival) {
+    flagged_estimate_ = estimate;
+    flagged_estimate_.reasons.add(Reason::kRivalWriter);
+    if (estimate.validity == Validity::kValid) flagged_estimate_.validity = Validity::kQuestionable;
   }
-  if (watch_.look(read_clocks().monotonic_ns)) {
-    log_changes();
-    has_changed_ = true;
-  }
+  next_.publish(has_rival ? flagged_estimate_ : estimate);
+  is_status_due_ = is_status_due_ || has_rival != is_flagged_[estimate.instrument];
+  is_flagged_[estimate.instrument] = has_rival;
+  if (watch_.look(read_clocks().monotonic_ns)) log_changes();
 }
 
 void RivalOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
-  next_.publish_status(reports, changed || has_changed_);
-  has_changed_ = false;
+  next_.publish_status(reports, changed);
+  is_status_due_ = false;
 }
 
 void RivalOutlet::log_changes() const {

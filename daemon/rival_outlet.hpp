@@ -19,6 +19,7 @@ class RivalOutlet final : public Outlet {
   void publish_em(const EmFrame& frame) override { next_.publish_em(frame); }
   void publish_status(std::span<const NamedReport> reports, bool changed) override;
   void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
+  [[nodiscard]] bool is_status_due() const override { return is_status_due_; }
 
  private:
   void log_changes() const;
@@ -26,8 +27,9 @@ class RivalOutlet final : public Outlet {
   const Configuration& configuration_;
   RivalWatch watch_;
   Outlet& next_;
-  TubeEstimate flagged_;
-  bool has_changed_ = false;  ///< since the last status
+  TubeEstimate flagged_estimate_;
+  std::vector<bool> is_flagged_;  ///< the newest estimate of each instrument
+  bool is_status_due_ = false;    ///< a flag was set or taken away since the last status
 };
 
 }  // namespace tubed

@@ -50,7 +50,7 @@ void PublisherStage::publish_reports(MonotonicTime now) {
   reports_.clear();
   gather_(reports_);
   newest_states_.resize(reports_.size(), StageState::kStarting);
-  bool changed = words_changed_;
+  bool changed = words_changed_ || outlet_.is_status_due();
   for (std::size_t i = 0; i < reports_.size(); ++i) {
     changed = changed || reports_[i].report->state != newest_states_[i];
     newest_states_[i] = reports_[i].report->state;

@@ -29,6 +29,8 @@ class Outlet {
   /// passed.
   virtual void publish_status(std::span<const NamedReport> reports, bool changed) = 0;
   virtual void publish_health(std::span<const NamedReport> reports) = 0;
+  /// Something that the status says, and no stage knows, is another since the last status.
+  [[nodiscard]] virtual bool is_status_due() const { return false; }
 };
 
 /// Sends what is newest: estimates, EM samples, status on change and once a second, health once a second. See

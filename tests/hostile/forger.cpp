@@ -36,8 +36,8 @@ int main(int argc, char** argv) {
   const bool is_huge = std::strcmp(argv[2], "huge") == 0;
   const int count = std::atoi(argv[argc - 1]);
   for (int k = 0; k < count; ++k) {
-    auto sample = is_huge ? lie(argv[3], std::strtoull(argv[4], nullptr, 10))
-                          : lie("invented-" + std::to_string(k), 7);
+    auto sample =
+        is_huge ? lie(argv[3], std::strtoull(argv[4], nullptr, 10)) : lie("invented-" + std::to_string(k), 7);
     if (!is_huge) sample->sequence_number = 1;
     dds_write(writer.get(), sample.get());
     dds_sleepfor(is_huge ? DDS_MSECS(33) : DDS_USECS(200));

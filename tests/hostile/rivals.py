@@ -38,7 +38,9 @@ def end(daemon, turn):
 def a_rival_that_comes_second_is_told_and_never_shown(bed):
     _, subscriber = bed.tracked()
     real = start_of(subscriber.samples()[-1])
+    gaps_ms = []
     for turn in range(TURNS):
+        subscriber.forget()  # a reader that is busy with thousands of lines holds up the subscriber's pipe
         since_ns = time.monotonic_ns()
         rival = bed.start_daemon()
         seen = subscriber.wait_for(lambda line: line.get("event") == "rival writer", "rival", 10, since_ns=since_ns)
@@ -48,8 +50,10 @@ def a_rival_that_comes_second_is_told_and_never_shown(bed):
         subscriber.wait_for(lambda line: line.get("event") == "rival writer gone", "end of the rival", 3, since_ns=ended_ns)
         subscriber.wait_for(lambda line: is_fused(line) and "RIVAL_WRITER" not in line["reason_names"], "VALID shape without a rival", 3,
                             since_ns=ended_ns)
-        check({start_of(sample) for sample in subscriber.samples()} == {real}, "a rival's shape was shown")
-    gap_ms = beds.longest_gap_ms(subscriber.samples())
+        samples = subscriber.samples()
+        check({start_of(sample) for sample in samples} == {real}, "a rival's shape was shown")
+        gaps_ms.append(beds.longest_gap_ms(samples))
+    gap_ms = max(gaps_ms)
     say(f"{TURNS} rivals came and went; the longest gap between two shapes of the real daemon was {gap_ms:.0f} ms")
     check_timing(gap_ms < AGAIN_MS, f"the real daemon was not heard for {gap_ms:.0f} ms")
     words = bed.daemons[0].words()
