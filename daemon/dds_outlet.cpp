@@ -6,6 +6,7 @@
 
 #include "daemon/log.hpp"
 #include "daemon/pipeline/latency_histogram.hpp"
+#include "daemon/publishing/tracker_words.hpp"
 
 namespace tubed {
 
@@ -29,6 +30,20 @@ CameraIdentityValues identity_of(const CameraCalibration& camera) {
           {camera.cx, camera.cy},
           camera.distortion,
           row_by_row(camera.T_camera_world)};
+}
+
+TrackerIdentityValues values_of(const TrackerIdentity& tracker) {
+  TrackerIdentityValues values{.firmware = std::string(tracker.firmware.text()),
+                               .api_revision = std::string(tracker.api_revision.text()),
+                               .control_unit_serial = std::string(tracker.control_unit_serial.text()),
+                               .field_generator = std::string(tracker.field_generator.text()),
+                               .tools = {}};
+  for (const ToolIdentity& tool :
+       std::span(tracker.tools).first(static_cast<std::size_t>(tracker.tool_count))) {
+    values.tools.push_back(
+        {static_cast<std::uint32_t>(tool.port), tool.serial_number, std::string(tool.part_number.text())});
+  }
+  return values;
 }
 
 std::string_view word_of(StageState state) {
@@ -93,7 +108,8 @@ std::vector<TubeIdentityValues> identities_of(const Configuration& configuration
 
 DdsOutlet::DdsOutlet(const Configuration& configuration)
     : configuration_(configuration),
-      publisher_(configuration.dds, identities_of(configuration)),
+      identities_(identities_of(configuration)),
+      publisher_(configuration.dds, identities_),
       instruments_(configuration.room.instruments.size()) {}
 
 void DdsOutlet::publish(const TubeEstimate& estimate) {
@@ -141,10 +157,22 @@ void DdsOutlet::gather(std::span<const NamedReport> reports) {
   }
 }
 
-void DdsOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
-  if (changed) {
-    log_changes(reports);
+void DdsOutlet::publish_tracker(const TrackerIdentity& tracker) {
+  const TrackerIdentityValues values = values_of(tracker);
+  log_with_fields(
+      spdlog::level::info, tracker_words(values),
+      {{"TUBED_TRACKER_FIRMWARE", values.firmware}, {"TUBED_TRACKER_SERIAL", values.control_unit_serial}});
+  for (std::size_t i = 0; i < identities_.size(); ++i) {
+    identities_[i].tracker = values;
+    if (publisher_.publish_identity(static_cast<std::uint32_t>(i), identities_[i]) !=
+        PublishResult::kWritten) {
+      spdlog::warn("{}: subscribers were not told which tracker it is, DDS refused the write",
+                   identities_[i].instrument_id);
+    }
   }
+}
+
+void DdsOutlet::publish_status(std::span<const NamedReport> reports) {
   gather(reports);
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     publisher_.publish_status(static_cast<std::uint32_t>(i), instruments_[i].validity,
@@ -162,35 +190,23 @@ void DdsOutlet::publish_health(std::span<const NamedReport> reports) {
   }
 }
 
-void DdsOutlet::log_changes(std::span<const NamedReport> reports) {
-  logged_.resize(reports.size());
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    const StageReport& report = *reports[i].report;
-    if (report.state != logged_[i].state || report.why != logged_[i].why) {
-      const bool good = report.state == StageState::kRunning || report.state == StageState::kStarting;
-      const std::string words = fmt::format("{} is {}{}{}", reports[i].name, word_of(report.state),
-                                            report.why[0] != '\0' ? ": " : "", report.why.data());
-      log_with_fields(good ? spdlog::level::info : spdlog::level::warn, words,
-                      {{"TUBED_STAGE", reports[i].name},
-                       {"TUBED_STATE", word_of(report.state)},
-                       {"TUBED_WHY", report.why.data()}});
-      logged_[i] = report;
-    }
-  }
-  for (std::size_t i = 0; i < instruments_.size(); ++i) {
-    InstrumentState& state = instruments_[i];
-    if (state.validity != state.logged_validity || !(state.reasons == state.logged_reasons)) {
-      const std::string& id = configuration_.room.instruments[i].id;
-      const std::string reasons = names_of(state.reasons);
-      log_with_fields(state.validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
-                      fmt::format("{} is {} ({})", id, name_of(state.validity), reasons),
-                      {{"TUBED_INSTRUMENT", id},
-                       {"TUBED_VALIDITY", name_of(state.validity)},
-                       {"TUBED_REASONS", reasons}});
-      state.logged_validity = state.validity;
-      state.logged_reasons = state.reasons;
-    }
-  }
+void DdsOutlet::log_stage(const NamedReport& named) {
+  const StageReport& report = *named.report;
+  const bool good = report.state == StageState::kRunning || report.state == StageState::kStarting;
+  const std::string words = fmt::format("{} is {}{}{}", named.name, word_of(report.state),
+                                        report.why[0] != '\0' ? ": " : "", report.why.data());
+  log_with_fields(good ? spdlog::level::info : spdlog::level::warn, words,
+                  {{"TUBED_STAGE", named.name},
+                   {"TUBED_STATE", word_of(report.state)},
+                   {"TUBED_WHY", report.why.data()}});
+}
+
+void DdsOutlet::log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) {
+  const std::string& id = configuration_.room.instruments[instrument].id;
+  const std::string why = names_of(reasons);
+  log_with_fields(validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
+                  fmt::format("{} is {} ({})", id, name_of(validity), why),
+                  {{"TUBED_INSTRUMENT", id}, {"TUBED_VALIDITY", name_of(validity)}, {"TUBED_REASONS", why}});
 }
 
 }  // namespace tubed

@@ -13,8 +13,8 @@ namespace tubed {
 /// Everything TubeIdentity says about each instrument of a configuration.
 std::vector<TubeIdentityValues> identities_of(const Configuration& configuration);
 
-/// Writes what the publisher stage hands out to DDS, and logs every change of state. All calls come from the
-/// publisher thread.
+/// Writes what the publisher stage hands out to DDS, and logs what it calls worth a line. All calls come from
+/// the publisher thread.
 class DdsOutlet final : public Outlet {
  public:
   /// `configuration` outlives this object. Throws what DdsPublisher throws.
@@ -27,27 +27,28 @@ class DdsOutlet final : public Outlet {
 
   void publish(const TubeEstimate& estimate) override;
   void publish_em(const EmFrame& frame) override;
-  void publish_status(std::span<const NamedReport> reports, bool changed) override;
+  /// Writes the identity of every instrument again.
+  void publish_tracker(const TrackerIdentity& tracker) override;
+  void publish_status(std::span<const NamedReport> reports) override;
   void publish_health(std::span<const NamedReport> reports) override;
+  void log_stage(const NamedReport& report) override;
+  void log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) override;
 
  private:
   struct InstrumentState {
     Validity validity = Validity::kNotAvailable;
     Reasons reasons;
-    Validity logged_validity = Validity::kNotAvailable;
-    Reasons logged_reasons;
     std::uint64_t em_samples = 0;
     InstrumentHealthValues health;
   };
 
-  void log_changes(std::span<const NamedReport> reports);
   void gather(std::span<const NamedReport> reports);
 
   const Configuration& configuration_;
+  std::vector<TubeIdentityValues> identities_;
   DdsPublisher publisher_;
   std::vector<InstrumentState> instruments_;
   std::vector<NamedStageReport> stages_;
-  std::vector<StageReport> logged_;
   EmSamplesValues em_values_;
 };
 

@@ -45,7 +45,7 @@ std::string status_words(const std::vector<std::string>& instruments, const std:
 }
 
 NotifyOutlet::NotifyOutlet(const Configuration& configuration, SystemdNotify& notify, Outlet& next)
-    : notify_(notify), next_(next) {
+    : ForwardingOutlet(next), notify_(notify) {
   for (const InstrumentDescription& instrument : configuration.room.instruments) {
     instruments_.push_back(instrument.id);
   }
@@ -55,7 +55,7 @@ NotifyOutlet::NotifyOutlet(const Configuration& configuration, SystemdNotify& no
 }
 
 void NotifyOutlet::publish(const TubeEstimate& estimate) {
-  next_.publish(estimate);
+  ForwardingOutlet::publish(estimate);
   validities_[estimate.instrument] = estimate.validity;
   reasons_[estimate.instrument] = estimate.reasons;
   has_left_[estimate.instrument] = true;
@@ -65,8 +65,8 @@ void NotifyOutlet::publish(const TubeEstimate& estimate) {
   }
 }
 
-void NotifyOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
-  next_.publish_status(reports, changed);
+void NotifyOutlet::publish_status(std::span<const NamedReport> reports) {
+  ForwardingOutlet::publish_status(reports);
   notify_.status(status_words(instruments_, validities_, reasons_, reports));
 }
 

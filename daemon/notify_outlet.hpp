@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/config/configuration.hpp"
-#include "daemon/pipeline/publisher_stage.hpp"
+#include "daemon/forwarding_outlet.hpp"
 #include "daemon/publishing/systemd_notify.hpp"
 
 namespace tubed {
@@ -18,19 +18,16 @@ std::string status_words(const std::vector<std::string>& instruments, const std:
 /// Hands everything on to the next outlet and tells the service manager after it: readiness and the watchdog
 /// depend on estimates that have left the process. With several instruments, all have to leave. All calls
 /// come from the publisher thread.
-class NotifyOutlet final : public Outlet {
+class NotifyOutlet final : public ForwardingOutlet {
  public:
   /// All three outlive this object.
   NotifyOutlet(const Configuration& configuration, SystemdNotify& notify, Outlet& next);
 
   void publish(const TubeEstimate& estimate) override;
-  void publish_em(const EmFrame& frame) override { next_.publish_em(frame); }
-  void publish_status(std::span<const NamedReport> reports, bool changed) override;
-  void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
+  void publish_status(std::span<const NamedReport> reports) override;
 
  private:
   SystemdNotify& notify_;
-  Outlet& next_;
   std::vector<std::string> instruments_;
   std::vector<Validity> validities_;
   std::vector<Reasons> reasons_;

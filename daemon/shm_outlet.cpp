@@ -17,22 +17,22 @@ std::vector<std::string> instrument_ids(const Configuration& configuration) {
 }  // namespace
 
 ShmOutlet::ShmOutlet(const Configuration& configuration, std::uint64_t daemon_start, Outlet& next)
-    : next_(next), publisher_(configuration.shm, instrument_ids(configuration), daemon_start) {}
+    : ForwardingOutlet(next), publisher_(configuration.shm, instrument_ids(configuration), daemon_start) {}
 
 void ShmOutlet::publish(const TubeEstimate& estimate) {
   publisher_.publish(estimate);  // first: it takes microseconds, a write to DDS a hundred
-  next_.publish(estimate);
+  ForwardingOutlet::publish(estimate);
 }
 
-void ShmOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
-  // At most once a second or at a change: a flood of readers does not flood the log.
+void ShmOutlet::publish_health(std::span<const NamedReport> reports) {
+  // At most once a second: a flood of readers does not flood the log.
   const ShmDoorCounters& counters = publisher_.door_counters();
   if (counters.refused != logged_.refused || counters.throttled != logged_.throttled) {
     spdlog::warn("shared memory: {} readers admitted, {} refused, {} turned away because they came too often",
                  counters.admitted, counters.refused, counters.throttled);
     logged_ = counters;
   }
-  next_.publish_status(reports, changed);
+  ForwardingOutlet::publish_health(reports);
 }
 
 }  // namespace tubed

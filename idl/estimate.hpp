@@ -17,6 +17,7 @@ inline constexpr int kMaxCoils = 16;
 inline constexpr int kMaxCameras = 4;
 inline constexpr int kMaxInstruments = 8;
 inline constexpr int kMaxStages = 16;
+inline constexpr int kMaxTools = 16;
 inline constexpr int kInstrumentIdLength = 64;
 
 /// One point of the centreline.

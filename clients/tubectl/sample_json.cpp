@@ -86,6 +86,19 @@ json camera_json(const tubed_CameraIdentity& camera) {
           {"T_camera_world", camera.T_camera_world}};
 }
 
+json tool_json(const tubed_ToolIdentity& tool) {
+  return {{"port", tool.port}, {"serial_number", tool.serial_number}, {"part_number", tool.part_number}};
+}
+
+json tracker_json(const tubed_TrackerIdentity& tracker) {
+  return {{"firmware", tracker.firmware},
+          {"api_revision", tracker.api_revision},
+          {"control_unit_serial", tracker.control_unit_serial},
+          {"field_generator", tracker.field_generator},
+          {"tool_count", tracker.tool_count},
+          {"tools", objects(used(tracker.tools, tracker.tool_count), tool_json)}};
+}
+
 }  // namespace
 
 json to_json(const tubed_TubeEstimate& estimate) {
@@ -160,8 +173,10 @@ json to_json(const tubed_TubeIdentity& identity) {
           {"T_world_em", identity.T_world_em},
           {"registration_residual_mm", identity.registration_residual_mm},
           {"world_frame", identity.world_frame},
+          {"world_axes", identity.world_axes},
           {"camera_count", identity.camera_count},
-          {"cameras", objects(used(identity.cameras, identity.camera_count), camera_json)}};
+          {"cameras", objects(used(identity.cameras, identity.camera_count), camera_json)},
+          {"tracker", tracker_json(identity.tracker)}};
 }
 
 json to_json(const tubed_TubeHealth& health) {

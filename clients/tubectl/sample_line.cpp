@@ -31,6 +31,27 @@ std::string latency_text(const tubed_TubeEstimate& estimate, std::int64_t receiv
                      estimate.has_image ? "exposure" : "EM");
 }
 
+// Nothing of what the tracker did not say.
+std::string tracker_text(const tubed_TrackerIdentity& tracker) {
+  if (tracker.firmware[0] == '\0' && tracker.control_unit_serial[0] == '\0' && tracker.tool_count == 0) {
+    return " | the tracker has not said which it is";
+  }
+  std::string text = fmt::format(" | tracker {}", tracker.firmware);
+  const auto add = [&text](const char* what, const char* words) {
+    text += words[0] == '\0' ? "" : fmt::format(", {} {}", what, words);
+  };
+  add("API", tracker.api_revision);
+  add("control unit", tracker.control_unit_serial);
+  add("field generator", tracker.field_generator);
+  const std::size_t count = std::min<std::size_t>(tracker.tool_count, std::size(tracker.tools));
+  for (std::size_t i = 0; i < count; ++i) {
+    const tubed_ToolIdentity& tool = tracker.tools[i];
+    text += fmt::format(", port {} serial {:08X}", tool.port, tool.serial_number);
+    add("part", tool.part_number);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::int64_t measured_monotonic_ns(const tubed_TubeEstimate& estimate) {
@@ -73,10 +94,11 @@ std::string line_of(const tubed_TubeStatus& status) {
 
 std::string line_of(const tubed_TubeIdentity& identity) {
   return fmt::format(
-      "{} tubed {} mode {} {:.2f} x {:.0f} mm, {} coils, {} cameras, world = {}, registration {:.2f} mm",
+      "{} tubed {} mode {} {:.2f} x {:.0f} mm, {} coils, {} cameras, world = {}, axes {}, registration "
+      "{:.2f} mm{}",
       identity.instrument_id, identity.software_version, identity.mode, identity.diameter_mm,
       identity.length_mm, identity.coil_count, identity.camera_count, identity.world_frame,
-      identity.registration_residual_mm);
+      identity.world_axes, identity.registration_residual_mm, tracker_text(identity.tracker));
 }
 
 std::string line_of(const tubed_TubeHealth& health) {

@@ -101,6 +101,7 @@ DdsSettings dds_settings(const CheckedTable& file) {
   settings.partition = dds.get<std::string>("partition");
   settings.network_interface = dds.get<std::string>("network_interface");
   settings.world_frame = dds.get<std::string>("world_frame");
+  settings.world_axes = dds.get<std::string>("world_axes");
   return settings;
 }
 

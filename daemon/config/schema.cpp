@@ -121,15 +121,19 @@ TableDescription realtime_table() {
 
 TableDescription dds_table() {
   const DdsSettings defaults;
-  return {.name = "dds",
-          .meaning = "where subscribers find the estimates",
-          .keys = {integer("domain", defaults.domain, "", {0, 230}, "DDS domain"),
-                   text("partition", defaults.partition, {0, 128, true, "*?[]"},
-                        "the room, as DDS partition; empty = the default partition"),
-                   text("network_interface", defaults.network_interface, {1, 64, true, " /<>&\"'"},
-                        "name or address of the interface; lo = nothing leaves this host"),
-                   text("world_frame", defaults.world_frame, {1, 64, true, ""},
-                        "what the world frame is, in words")}};
+  return {
+      .name = "dds",
+      .meaning = "where subscribers find the estimates",
+      .keys = {
+          integer("domain", defaults.domain, "", {0, 230}, "DDS domain"),
+          text("partition", defaults.partition, {0, 128, true, "*?[]"},
+               "the room, as DDS partition; empty = the default partition"),
+          text("network_interface", defaults.network_interface, {1, 64, true, " /<>&\"'"},
+               "name or address of the interface; lo = nothing leaves this host"),
+          text("world_frame", defaults.world_frame, {1, 64, true, ""}, "what the world frame is, in words"),
+          word("world_axes", defaults.world_axes, {"as registered", "LPS", "RAS"},
+               "the patient's directions along x, y, z of the world frame: left, posterior, superior; "
+               "right, anterior, superior; or whatever the registration makes of them")}};
 }
 
 TableDescription shm_table() {

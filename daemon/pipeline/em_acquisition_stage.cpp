@@ -3,6 +3,7 @@
 namespace tubed {
 
 bool EmAcquisitionStage::step(const Clock& /*clock*/) noexcept {
+  hand_over_identity();
   if (!has_frame_) {
     return false;
   }
@@ -12,6 +13,16 @@ bool EmAcquisitionStage::step(const Clock& /*clock*/) noexcept {
   publisher_bell_.ring();
   ++outputs_;
   return true;
+}
+
+void EmAcquisitionStage::hand_over_identity() noexcept {
+  if (identity_ == nullptr || identity_->identity() == handed_over_) {
+    return;
+  }
+  handed_over_ = identity_->identity();
+  tracker_.back() = handed_over_;
+  tracker_.publish();
+  publisher_bell_.ring();
 }
 
 void EmAcquisitionStage::describe(StageReport& report) const noexcept {

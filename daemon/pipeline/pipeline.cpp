@@ -36,6 +36,7 @@ struct Pipeline::Parts {
   // Declared first, destroyed last: what threads reach must outlive them.
   EmRing em_to_optimizer;
   EmRing em_to_publisher;
+  TripleBuffer<TrackerIdentity> tracker;
   Doorbell optimizer_bell;
   Doorbell publisher_bell;
   std::vector<std::unique_ptr<CameraHandOver>> cameras;
@@ -71,7 +72,7 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
   p.settings = settings;
   p.add("em",
         std::make_unique<EmAcquisitionStage>(std::move(parts.em_source), settings, p.em_to_optimizer,
-                                             p.em_to_publisher, p.publisher_bell),
+                                             p.em_to_publisher, p.tracker, p.publisher_bell),
         settings.em_acquisition);
   std::vector<CameraInlet> inlets;
   for (std::size_t i = 0; i < room.cameras.size(); ++i) {
@@ -101,7 +102,8 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
         std::make_unique<OptimizerStage>(std::move(parts.estimators), outlets, std::move(inlets),
                                          p.em_to_optimizer, settings, p.optimizer_bell, p.publisher_bell),
         settings.optimizer);
-  auto publisher = std::make_unique<PublisherStage>(outlets, p.em_to_publisher, outlet, p.publisher_bell);
+  auto publisher =
+      std::make_unique<PublisherStage>(outlets, p.em_to_publisher, p.tracker, outlet, p.publisher_bell);
   publisher->set_gather([&threads = p.threads](std::vector<NamedReport>& reports) {
     for (const auto& thread : threads) {
       reports.push_back({thread->name(), &thread->newest_report()});

@@ -142,6 +142,10 @@ PublishResult DdsPublisher::publish_identity(std::uint32_t instrument,
     std::strncpy(writers_->identity.world_frame, writers_->settings.world_frame.c_str(),
                  sizeof(writers_->identity.world_frame) - 1);
   }
+  if (identity.world_axes.empty()) {
+    std::strncpy(writers_->identity.world_axes, writers_->settings.world_axes.c_str(),
+                 sizeof(writers_->identity.world_axes) - 1);
+  }
   return writers_->write(writers_->identity_writer, instrument, writers_->identity);
 }
 

@@ -30,9 +30,9 @@ struct PublishCounters {
 class DdsPublisher {
  public:
   /// Joins the domain, writes the identity of every instrument (kept for late joiners). Element i of
-  /// `identities` is instrument i of every other call; identity.world_frame empty = settings.world_frame.
-  /// Throws DdsError: no such network interface, domain out of range; std::invalid_argument: instrument id
-  /// empty, longer than 64 characters or given twice, more than kMaxInstruments.
+  /// `identities` is instrument i of every other call; identity.world_frame empty = settings.world_frame,
+  /// world_axes too. Throws DdsError: no such network interface, domain out of range; std::invalid_argument:
+  /// instrument id empty, longer than 64 characters or given twice, more than kMaxInstruments.
   DdsPublisher(const DdsSettings& settings, const std::vector<TubeIdentityValues>& identities);
   ~DdsPublisher();
   DdsPublisher(DdsPublisher&&) noexcept;

@@ -10,6 +10,7 @@ struct DdsSettings {
   std::string partition;                 ///< the room; empty = the default partition
   std::string network_interface = "lo";  ///< "lo" keeps everything on this host; a name or address opens it
   std::string world_frame = "world";     ///< what "world" is, for TubeIdentity
+  std::string world_axes = "as registered";  ///< or "LPS", "RAS": what its axes are, for TubeIdentity
 };
 
 }  // namespace tubed

@@ -24,6 +24,22 @@ struct CameraIdentityValues {
   std::array<double, 16> T_camera_world{};  ///< row by row, mm
 };
 
+/// A tool in a plug of the tracker, as in TubeIdentity.idl.
+struct ToolIdentityValues {
+  std::uint32_t port = 0;
+  std::uint32_t serial_number = 0;
+  std::string part_number;
+};
+
+/// What the tracker says of itself; empty where it says nothing.
+struct TrackerIdentityValues {
+  std::string firmware;
+  std::string api_revision;
+  std::string control_unit_serial;
+  std::string field_generator;
+  std::vector<ToolIdentityValues> tools;  ///< at most kMaxTools
+};
+
 /// What is being tracked, by what, in which frames.
 struct TubeIdentityValues {
   std::string instrument_id;  ///< 1 .. 64 characters
@@ -36,7 +52,9 @@ struct TubeIdentityValues {
   std::array<double, 16> T_world_em{};          ///< row by row, mm
   float registration_residual_mm = std::numeric_limits<float>::quiet_NaN();
   std::string world_frame;
+  std::string world_axes;                     ///< "LPS", "RAS" or "as registered"
   std::vector<CameraIdentityValues> cameras;  ///< at most kMaxCameras
+  TrackerIdentityValues tracker;
 };
 
 /// What one coil said, in the tracker's frame. status: 0 missing, 1 ok, 2 out of volume, 3 disabled.

@@ -34,7 +34,9 @@ static_assert(std::size(tubed_TubeEstimate{}.coils) == kMaxCoils);
 static_assert(std::size(tubed_EmSamples{}.coils) == kMaxCoils);
 static_assert(std::size(tubed_TubeIdentity{}.coil_offsets_from_tip_mm) == kMaxCoils);
 static_assert(std::size(tubed_TubeIdentity{}.cameras) == kMaxCameras);
+static_assert(std::size(tubed_TubeIdentity{}.tracker.tools) == kMaxTools);
 static_assert(std::size(tubed_TubeStatus{}.stages) == kMaxStages);
+static_assert(sizeof(tubed_TubeStatus{}.stages[0].why) == sizeof(StageReport{}.why));
 static_assert(std::size(tubed_TubeHealth{}.stages) == kMaxStages);
 static_assert(std::size(tubed_LatencyHistogram{}.buckets) == kLatencyBuckets);
 static_assert(sizeof(tubed_TubeEstimate{}.instrument_id) == kInstrumentIdLength + 1);
@@ -105,6 +107,19 @@ void copy_camera(const CameraIdentityValues& camera, tubed_CameraIdentity& wire)
   copy_array(camera.principal_point_px, wire.principal_point_px);
   copy_array(camera.distortion, wire.distortion);
   copy_array(camera.T_camera_world, wire.T_camera_world);
+}
+
+void copy_tracker(const TrackerIdentityValues& tracker, tubed_TrackerIdentity& wire) {
+  copy_text(tracker.firmware, wire.firmware);
+  copy_text(tracker.api_revision, wire.api_revision);
+  copy_text(tracker.control_unit_serial, wire.control_unit_serial);
+  copy_text(tracker.field_generator, wire.field_generator);
+  wire.tool_count = static_cast<std::uint32_t>(std::min<std::size_t>(tracker.tools.size(), kMaxTools));
+  for (std::size_t i = 0; i < wire.tool_count; ++i) {
+    wire.tools[i].port = tracker.tools[i].port;
+    wire.tools[i].serial_number = tracker.tools[i].serial_number;
+    copy_text(tracker.tools[i].part_number, wire.tools[i].part_number);
+  }
 }
 
 }  // namespace
@@ -203,10 +218,12 @@ void to_wire(const TubeIdentityValues& identity, tubed_TubeIdentity& wire) {
   copy_array(identity.T_world_em, wire.T_world_em);
   wire.registration_residual_mm = identity.registration_residual_mm;
   copy_text(identity.world_frame, wire.world_frame);
+  copy_text(identity.world_axes, wire.world_axes);
   wire.camera_count = static_cast<std::uint32_t>(std::min<std::size_t>(identity.cameras.size(), kMaxCameras));
   for (std::size_t i = 0; i < wire.camera_count; ++i) {
     copy_camera(identity.cameras[i], wire.cameras[i]);
   }
+  copy_tracker(identity.tracker, wire.tracker);
 }
 
 }  // namespace tubed

@@ -167,6 +167,17 @@ void check(const tubed::TubeHealth& health) {
   check_histogram(stage.busy(), 308, 309, 400);
 }
 
+void check_tracker(const tubed::TrackerIdentity& tracker) {
+  expect_text("firmware", tracker.firmware().to_string(), "AURORA Rev 008");
+  expect_text("api_revision", tracker.api_revision().to_string(), "D.001.007");
+  expect_text("control_unit_serial", tracker.control_unit_serial().to_string(), "P5-00807");
+  expect_text("field_generator", tracker.field_generator().to_string(), "SC-00808");
+  expect_equal("tool_count", tracker.tool_count(), 2);
+  expect_equal("tool port", tracker.tools()[1].port(), 812);
+  expect_equal("tool serial_number", tracker.tools()[1].serial_number(), 813);
+  expect_text("tool part_number", tracker.tools()[1].part_number().to_string(), "610814");
+}
+
 void check(const tubed::TubeIdentity& identity) {
   expect_text("instrument_id", identity.instrument_id().to_string(), "catheter");
   expect_equal("daemon_start drawn", identity.daemon_start() != 0, true);
@@ -182,6 +193,7 @@ void check(const tubed::TubeIdentity& identity) {
   expect_series("T_world_em", identity.T_world_em(), 900);
   expect_equal("registration_residual_mm", identity.registration_residual_mm(), 806);
   expect_text("world_frame", identity.world_frame().to_string(), "table top");
+  expect_text("world_axes", identity.world_axes().to_string(), "LPS");
   expect_equal("camera_count", identity.camera_count(), 1);
   const tubed::CameraIdentity& camera = identity.cameras()[0];
   expect_text("camera name", camera.name().to_string(), "frontal");
@@ -192,6 +204,7 @@ void check(const tubed::TubeIdentity& identity) {
   const std::array<double, 5> distortion{0.1, 0.2, 0.3, 0.4, 0.5};
   expect_equal("distortion", camera.distortion(), distortion);
   expect_series("T_camera_world", camera.T_camera_world(), 700);
+  check_tracker(identity.tracker());
 }
 
 /// Subscribes with the contract's QoS, waits for one sample and checks it.

@@ -83,6 +83,23 @@ def a_missing_coil_is_told_as_long_as_it_is_missing(bed):
     status.wait_for(lambda s: why(s) == "", "end of it", 6, in_ns)
 
 
+def subscribers_learn_which_tracker_and_tools_it_is(bed):
+    room = Room(bed)
+    room.switch_on()
+    room.start_daemon()
+    identity = bed.subscribe("--topic", "identity")
+    tracker = identity.wait_for(lambda s: s["tracker"]["tool_count"] == 3, "identity with three tools", 10).json["tracker"]
+    say(tracker)
+    check(tracker["firmware"] == "AURORA Rev 008" and tracker["api_revision"] == "D.001.007", tracker)
+    check(tracker["control_unit_serial"] and tracker["field_generator"], tracker)
+    check([tool["port"] for tool in tracker["tools"]] == [1, 2, 3], tracker)
+    check([tool["serial_number"] for tool in tracker["tools"]] == [0x3C4B0001, 0x3C4B0002, 0x3C4B0003], tracker)
+    out_ns = room.tell("unplug 2")
+    left = identity.wait_for(lambda s: s["tracker"]["tool_count"] == 2, "identity without the tool", 5, out_ns).json["tracker"]
+    check([tool["port"] for tool in left["tools"]] == [1, 3], left)
+
+
 if __name__ == "__main__":
     beds.main(the_doctor_says_what_an_aurora_has, the_doctor_names_a_missing_coil_and_a_missing_port,
-              the_doctor_waits_for_tools_that_are_read_slowly, a_missing_coil_is_told_as_long_as_it_is_missing)
+              the_doctor_waits_for_tools_that_are_read_slowly, a_missing_coil_is_told_as_long_as_it_is_missing,
+              subscribers_learn_which_tracker_and_tools_it_is)

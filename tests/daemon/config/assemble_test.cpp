@@ -58,7 +58,7 @@ TEST(Assemble, DaemonSchedulingBackOffAndDdsAreAsWritten) {
   std::string text = base_with("log_level = \"info\"\nrate_hz = 30.0\ntick_grace_ms = 10.0",
                                "log_level = \"error\"\nrate_hz = 25\ntick_grace_ms = 7");
   replace(text, "\"optional\"", "\"required\"");
-  replace(text, "domain = 0", "domain = 9\nworld_frame = \"table\"");
+  replace(text, "domain = 0", "domain = 9\nworld_frame = \"table\"\nworld_axes = \"LPS\"");
   replace(text, "\"lo\"", "\"eth1\"");
   replace(text, "reconnect_first_ms = 100.0", "reconnect_first_ms = 200");
   replace(text, "2000.0", "3000");
@@ -73,6 +73,7 @@ TEST(Assemble, DaemonSchedulingBackOffAndDdsAreAsWritten) {
   EXPECT_EQ(configuration.pipeline.reconnect_last_ms, 3000);
   EXPECT_EQ(configuration.dds.domain, 9);
   EXPECT_EQ(configuration.dds.world_frame, "table");
+  EXPECT_EQ(configuration.dds.world_axes, "LPS");
   EXPECT_EQ(configuration.dds.network_interface, "eth1");
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
@@ -85,17 +86,27 @@ class FakeOutlet final : public Outlet {
  public:
   void publish(const TubeEstimate& estimate) override { estimates.push_back(estimate); }
   void publish_em(const EmFrame& frame) override { em_frames.push_back(frame.tracker_frame); }
-  void publish_status(std::span<const NamedReport> reports, bool changed) override {
+  void publish_tracker(const TrackerIdentity& tracker) override { trackers.push_back(tracker); }
+  void publish_status(std::span<const NamedReport> reports) override {
     ++statuses;
-    changes += changed ? 1 : 0;
     stage_count = reports.size();
+    words = reports.empty() ? "" : reports[0].report->why.data();
   }
   void publish_health(std::span<const NamedReport> /*reports*/) override { ++healths; }
+  void log_stage(const NamedReport& report) override {
+    lines.push_back(std::to_string(static_cast<int>(report.report->state)) + " " + report.report->why.data());
+  }
+  void log_validity(std::uint32_t /*instrument*/, Validity validity, Reasons reasons) override {
+    lines.push_back(std::string(name_of(validity)) + " " + names_of(reasons));
+  }
 
   std::vector<TubeEstimate> estimates;
   std::vector<std::uint32_t> em_frames;
+  std::vector<TrackerIdentity> trackers;
+  std::vector<std::string>
+      lines;          ///< of the log: number of the stage's state or validity, then words or reasons
+  std::string words;  ///< of the first stage in the newest status
   int statuses = 0;
-  int changes = 0;
   int healths = 0;
   std::size_t stage_count = 0;
 };

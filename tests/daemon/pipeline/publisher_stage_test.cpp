@@ -10,8 +10,17 @@ namespace {
 using std::chrono::milliseconds;
 
 struct PublisherBench {
-  PublisherBench() : stage({&estimates}, em, outlet, bell) {
+  PublisherBench() : stage({&estimates}, em, tracker, outlet, bell) {
     stage.set_gather([this](std::vector<NamedReport>& reports) { reports.push_back({"em", &em_report}); });
+  }
+  void say(StageState state, std::string_view words) {
+    em_report.state = state;
+    em_report.why = {};
+    words.copy(em_report.why.data(), em_report.why.size() - 1);
+  }
+  void step_after(milliseconds time) {
+    clock.advance(time);
+    stage.step(clock);
   }
   void estimate(Validity validity) {
     estimates.back().validity = validity;
@@ -22,6 +31,7 @@ struct PublisherBench {
   FakeClock clock;
   TripleBuffer<TubeEstimate> estimates;
   EmRing em;
+  TripleBuffer<TrackerIdentity> tracker;
   FakeOutlet outlet;
   Doorbell bell;
   StageReport em_report;
@@ -85,6 +95,92 @@ TEST(PublisherStage, StatusLeavesOnEveryChangeAndOnceASecond) {
   bench.stage.step(bench.clock);
   EXPECT_EQ(bench.outlet.statuses, 4);
   EXPECT_EQ(bench.outlet.healths, 2);
+}
+
+TEST(PublisherStage, WordsThatChangeWhileTheStateStaysAreInTheStatusWithinATenthOfASecond) {
+  PublisherBench bench;
+  bench.stage.step(bench.clock);
+  bench.say(StageState::kRunning, "");
+  bench.step_after(milliseconds(20));
+  bench.say(StageState::kRunning, "sensor 2 is not plugged in");
+  bench.step_after(milliseconds(20));
+  EXPECT_EQ(bench.outlet.words, "") << "words do not come more than ten times a second";
+  bench.step_after(milliseconds(80));
+  EXPECT_EQ(bench.outlet.words, "sensor 2 is not plugged in");
+  EXPECT_EQ(bench.outlet.statuses, 3);
+}
+
+TEST(PublisherStage, WordsThatChangeAtEveryStepArePublishedTenTimesASecondAndLoggedOnceASecond) {
+  PublisherBench bench;
+  bench.say(StageState::kRunning, "0");
+  bench.stage.step(bench.clock);
+  for (int i = 1; i <= 200; ++i) {  // 2 s
+    bench.say(StageState::kRunning, std::to_string(i));
+    bench.step_after(milliseconds(10));
+  }
+  EXPECT_EQ(bench.outlet.lines, (std::vector<std::string>{"1 0", "1 100", "1 200"}));
+  EXPECT_EQ(bench.outlet.statuses, 21);
+}
+
+TEST(PublisherStage, TheNewestWordsAreLoggedWhenTheSecondIsOver) {
+  PublisherBench bench;
+  bench.say(StageState::kReconnecting, "the device is gone");
+  bench.stage.step(bench.clock);
+  bench.say(StageState::kReconnecting, "no such port");
+  bench.step_after(milliseconds(300));
+  bench.say(StageState::kReconnecting, "the port belongs to another program");
+  bench.step_after(milliseconds(300));
+  EXPECT_EQ(bench.outlet.lines.size(), 1U);
+  bench.step_after(milliseconds(400));
+  EXPECT_EQ(bench.outlet.lines,
+            (std::vector<std::string>{"3 the device is gone", "3 the port belongs to another program"}));
+}
+
+TEST(PublisherStage, AStateIsLoggedAtOnceAlthoughWordsHaveJustBeenLogged) {
+  PublisherBench bench;
+  bench.say(StageState::kStarting, "looking for the tracker");
+  bench.stage.step(bench.clock);
+  bench.say(StageState::kRunning, "");
+  bench.step_after(milliseconds(10));
+  EXPECT_EQ(bench.outlet.lines, (std::vector<std::string>{"0 looking for the tracker", "1 "}));
+}
+
+TEST(PublisherStage, AFlappingStateIsPublishedEachTimeAndLoggedOnceASecond) {
+  PublisherBench bench;
+  for (int i = 0; i < 100; ++i) {  // 3 s, begins with reconnecting, ends with running
+    bench.say(i % 2 == 0 ? StageState::kReconnecting : StageState::kRunning, "");
+    bench.step_after(milliseconds(30));
+  }
+  EXPECT_EQ(bench.outlet.statuses, 100);
+  EXPECT_LE(bench.outlet.lines.size(), 4U);
+  EXPECT_EQ(bench.outlet.lines[0], "3 ");
+  bench.step_after(milliseconds(1000));
+  EXPECT_EQ(bench.outlet.lines.back(), "1 ") << "the newest state is not lost";
+}
+
+TEST(PublisherStage, AFlappingValidityIsLoggedAtOnceAndThenOnceASecond) {
+  PublisherBench bench;
+  for (int i = 0; i < 60; ++i) {  // 2 s
+    bench.estimate(i % 2 == 0 ? Validity::kValid : Validity::kQuestionable);
+    bench.stage.step(bench.clock);
+    bench.clock.advance(milliseconds(33));
+  }
+  EXPECT_LE(bench.outlet.lines.size(), 3U);
+  EXPECT_EQ(bench.outlet.lines[0], "VALID -");
+  bench.step_after(milliseconds(1000));
+  EXPECT_EQ(bench.outlet.lines.back(), "QUESTIONABLE -");
+}
+
+TEST(PublisherStage, WhichTrackerItIsLeavesOnceAChange) {
+  PublisherBench bench;
+  bench.stage.step(bench.clock);
+  EXPECT_TRUE(bench.outlet.trackers.empty());
+  bench.tracker.back().firmware = BoundedText<47>("AURORA Rev 008");
+  bench.tracker.publish();
+  bench.stage.step(bench.clock);
+  bench.stage.step(bench.clock);
+  ASSERT_EQ(bench.outlet.trackers.size(), 1U);
+  EXPECT_EQ(bench.outlet.trackers[0].firmware.text(), "AURORA Rev 008");
 }
 
 }  // namespace

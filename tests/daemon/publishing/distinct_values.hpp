@@ -118,7 +118,14 @@ inline TubeIdentityValues distinct_identity(const std::string& instrument_id) {
   fill(identity.T_world_em, 900);
   identity.registration_residual_mm = 806;
   identity.world_frame = "table top";
+  identity.world_axes = "LPS";
   identity.cameras.push_back(camera);
+  identity.tracker = {.firmware = "AURORA Rev 008",
+                      .api_revision = "D.001.007",
+                      .control_unit_serial = "P5-00807",
+                      .field_generator = "SC-00808",
+                      .tools = {{.port = 809, .serial_number = 810, .part_number = "610811"},
+                                {.port = 812, .serial_number = 813, .part_number = "610814"}}};
   return identity;
 }
 

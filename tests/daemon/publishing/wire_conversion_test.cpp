@@ -145,6 +145,17 @@ TEST(WireConversion, AStageStatusSaysWhatSinceWhenAndWhy) {
   EXPECT_STREQ(wire.stages[0].why, "no answer for 0.2 s");
 }
 
+TEST(WireConversion, WordsOfAStageArriveInFullUpToTheLastCharacter) {
+  NamedStageReport stage{.name = "em", .report = {}};
+  const std::string words = std::string(254, 'w') + "z";
+  words.copy(stage.report.why.data(), stage.report.why.size() - 1);
+  tubed_TubeStatus wire{};
+
+  to_wire(Validity::kValid, {}, std::span(&stage, 1), kNow, wire);
+
+  EXPECT_EQ(std::string(wire.stages[0].why), words);
+}
+
 TEST(WireConversion, HealthCarriesEveryCounterOfEveryStage) {
   const InstrumentHealthValues health = distinct_health();
   const NamedStageReport stage = distinct_stage();
@@ -191,6 +202,7 @@ TEST(WireConversion, IdentityKeepsItsFieldsAndCutsTextThatIsTooLong) {
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(wire.T_world_em[i], identity.T_world_em[i]);
   EXPECT_EQ(wire.registration_residual_mm, identity.registration_residual_mm);
   EXPECT_STREQ(wire.world_frame, "table top");
+  EXPECT_STREQ(wire.world_axes, "LPS");
   ASSERT_EQ(wire.camera_count, 1U);
   EXPECT_STREQ(wire.cameras[0].name, "frontal");
   EXPECT_EQ(wire.cameras[0].width, 640U);
@@ -199,6 +211,33 @@ TEST(WireConversion, IdentityKeepsItsFieldsAndCutsTextThatIsTooLong) {
   EXPECT_EQ(wire.cameras[0].principal_point_px[1], 240.5);
   EXPECT_EQ(wire.cameras[0].distortion[4], 0.5);
   EXPECT_EQ(wire.cameras[0].T_camera_world[15], identity.cameras[0].T_camera_world[15]);
+}
+
+TEST(WireConversion, TheTrackerAndEachOfItsToolsKeepTheirFields) {
+  tubed_TubeIdentity wire{};
+
+  to_wire(distinct_identity("catheter"), wire);
+
+  EXPECT_STREQ(wire.tracker.firmware, "AURORA Rev 008");
+  EXPECT_STREQ(wire.tracker.api_revision, "D.001.007");
+  EXPECT_STREQ(wire.tracker.control_unit_serial, "P5-00807");
+  EXPECT_STREQ(wire.tracker.field_generator, "SC-00808");
+  ASSERT_EQ(wire.tracker.tool_count, 2U);
+  EXPECT_EQ(wire.tracker.tools[1].port, 812U);
+  EXPECT_EQ(wire.tracker.tools[1].serial_number, 813U);
+  EXPECT_STREQ(wire.tracker.tools[1].part_number, "610814");
+}
+
+TEST(WireConversion, AnIdentityThatHasLostItsToolsSaysSo) {
+  TubeIdentityValues identity = distinct_identity("catheter");
+  tubed_TubeIdentity wire{};
+  to_wire(identity, wire);
+  identity.tracker = {};
+
+  to_wire(identity, wire);
+
+  EXPECT_EQ(wire.tracker.tool_count, 0U);
+  EXPECT_STREQ(wire.tracker.firmware, "");
 }
 
 }  // namespace

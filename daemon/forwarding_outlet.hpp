@@ -1,0 +1,29 @@
+// An outlet in front of another one.
+#pragma once
+
+#include "daemon/pipeline/publisher_stage.hpp"
+
+namespace tubed {
+
+/// Hands everything on to the next outlet; what derives from it adds its own. All calls come from the
+/// publisher thread.
+class ForwardingOutlet : public Outlet {
+ public:
+  /// `next` outlives this object.
+  explicit ForwardingOutlet(Outlet& next) : next_(next) {}
+
+  void publish(const TubeEstimate& estimate) override { next_.publish(estimate); }
+  void publish_em(const EmFrame& frame) override { next_.publish_em(frame); }
+  void publish_tracker(const TrackerIdentity& tracker) override { next_.publish_tracker(tracker); }
+  void publish_status(std::span<const NamedReport> reports) override { next_.publish_status(reports); }
+  void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
+  void log_stage(const NamedReport& report) override { next_.log_stage(report); }
+  void log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) override {
+    next_.log_validity(instrument, validity, reasons);
+  }
+
+ private:
+  Outlet& next_;
+};
+
+}  // namespace tubed

@@ -1,0 +1,66 @@
+#include "clients/tubectl/sample_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+
+namespace tubed {
+namespace {
+
+std::unique_ptr<tubed_TubeIdentity> identity() {
+  auto identity = std::make_unique<tubed_TubeIdentity>();
+  std::strcpy(identity->instrument_id, "catheter");
+  std::strcpy(identity->world_frame, "table");
+  std::strcpy(identity->world_axes, "LPS");
+  return identity;
+}
+
+void name_the_tracker(tubed_TrackerIdentity& tracker) {
+  std::strcpy(tracker.firmware, "AURORA Rev 008");
+  std::strcpy(tracker.api_revision, "D.001.007");
+  std::strcpy(tracker.control_unit_serial, "P5-00807");
+  std::strcpy(tracker.field_generator, "SC-00808");
+  tracker.tool_count = 1;
+  tracker.tools[0].port = 3;
+  tracker.tools[0].serial_number = 0x3C4B0001;
+  std::strcpy(tracker.tools[0].part_number, "610029");
+}
+
+TEST(SampleText, AnIdentityInJsonNamesTheTrackerEachToolAndTheAxesOfTheWorld) {
+  const auto sample = identity();
+  name_the_tracker(sample->tracker);
+
+  const nlohmann::json json = to_json(*sample);
+
+  EXPECT_EQ(json["world_axes"], "LPS");
+  EXPECT_EQ(
+      json["tracker"],
+      (nlohmann::json{{"firmware", "AURORA Rev 008"},
+                      {"api_revision", "D.001.007"},
+                      {"control_unit_serial", "P5-00807"},
+                      {"field_generator", "SC-00808"},
+                      {"tool_count", 1},
+                      {"tools", {{{"port", 3}, {"serial_number", 0x3C4B0001}, {"part_number", "610029"}}}}}));
+}
+
+TEST(SampleText, AnIdentityInALineNamesTheTrackerAndItsTools) {
+  const auto sample = identity();
+  name_the_tracker(sample->tracker);
+
+  const std::string line = line_of(*sample);
+
+  EXPECT_NE(line.find("world = table, axes LPS"), std::string::npos) << line;
+  EXPECT_NE(
+      line.find("tracker AURORA Rev 008, API D.001.007, control unit P5-00807, field generator SC-00808, "
+                "port 3 serial 3C4B0001, part 610029"),
+      std::string::npos)
+      << line;
+}
+
+TEST(SampleText, ALineSaysWhenTheTrackerHasNotSaidWhichItIs) {
+  EXPECT_NE(line_of(*identity()).find("the tracker has not said which it is"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tubed
