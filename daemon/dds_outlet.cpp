@@ -112,17 +112,18 @@ DdsOutlet::DdsOutlet(const Configuration& configuration)
       publisher_(configuration.dds, identities_),
       instruments_(configuration.room.instruments.size()) {}
 
-void DdsOutlet::publish(const TubeEstimate& estimate) {
+bool DdsOutlet::publish(const TubeEstimate& estimate) {
+  if (publisher_.publish(estimate) != PublishResult::kWritten) {
+    return false;
+  }
   InstrumentState& state = instruments_[estimate.instrument];
-  publisher_.publish(estimate);
-  state.validity = estimate.validity;
-  state.reasons = estimate.reasons;
   ++state.health.estimates;
   ++state.health.validity_counts[static_cast<std::size_t>(estimate.validity)];
   if (estimate.has_image) {
     const std::int64_t latency_ns = read_clocks().monotonic_ns - estimate.stamps.exposure_ns;
     count_latency(state.health.exposure_to_publish, std::chrono::nanoseconds(latency_ns));
   }
+  return true;
 }
 
 void DdsOutlet::publish_em(const EmFrame& frame) {
@@ -172,11 +173,10 @@ void DdsOutlet::publish_tracker(const TrackerIdentity& tracker) {
   }
 }
 
-void DdsOutlet::publish_status(std::span<const NamedReport> reports) {
-  gather(reports);
+void DdsOutlet::publish_status(const PipelineStatus& status) {
+  gather(status.stages);
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
-    publisher_.publish_status(static_cast<std::uint32_t>(i), instruments_[i].validity,
-                              instruments_[i].reasons, stages_);
+    publisher_.publish_status(static_cast<std::uint32_t>(i), status.instruments[i], stages_);
   }
 }
 
@@ -201,12 +201,13 @@ void DdsOutlet::log_stage(const NamedReport& named) {
                    {"TUBED_WHY", report.why.data()}});
 }
 
-void DdsOutlet::log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) {
+void DdsOutlet::log_validity(std::uint32_t instrument, const InstrumentStatus& status) {
   const std::string& id = configuration_.room.instruments[instrument].id;
-  const std::string why = names_of(reasons);
-  log_with_fields(validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
-                  fmt::format("{} is {} ({})", id, name_of(validity), why),
-                  {{"TUBED_INSTRUMENT", id}, {"TUBED_VALIDITY", name_of(validity)}, {"TUBED_REASONS", why}});
+  const std::string reasons = names_of(status.reasons);
+  log_with_fields(
+      status.validity == Validity::kValid ? spdlog::level::info : spdlog::level::warn,
+      fmt::format("{} is {} ({})", id, name_of(status.validity), reasons),
+      {{"TUBED_INSTRUMENT", id}, {"TUBED_VALIDITY", name_of(status.validity)}, {"TUBED_REASONS", reasons}});
 }
 
 }  // namespace tubed

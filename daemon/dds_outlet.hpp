@@ -25,19 +25,17 @@ class DdsOutlet final : public Outlet {
 
   [[nodiscard]] const DdsEntity& participant() const { return publisher_.participant(); }
 
-  void publish(const TubeEstimate& estimate) override;
+  bool publish(const TubeEstimate& estimate) override;
   void publish_em(const EmFrame& frame) override;
   /// Writes the identity of every instrument again.
   void publish_tracker(const TrackerIdentity& tracker) override;
-  void publish_status(std::span<const NamedReport> reports) override;
+  void publish_status(const PipelineStatus& status) override;
   void publish_health(std::span<const NamedReport> reports) override;
   void log_stage(const NamedReport& report) override;
-  void log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) override;
+  void log_validity(std::uint32_t instrument, const InstrumentStatus& status) override;
 
  private:
   struct InstrumentState {
-    Validity validity = Validity::kNotAvailable;
-    Reasons reasons;
     std::uint64_t em_samples = 0;
     InstrumentHealthValues health;
   };

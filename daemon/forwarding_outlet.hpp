@@ -12,14 +12,14 @@ class ForwardingOutlet : public Outlet {
   /// `next` outlives this object.
   explicit ForwardingOutlet(Outlet& next) : next_(next) {}
 
-  void publish(const TubeEstimate& estimate) override { next_.publish(estimate); }
+  bool publish(const TubeEstimate& estimate) override { return next_.publish(estimate); }
   void publish_em(const EmFrame& frame) override { next_.publish_em(frame); }
   void publish_tracker(const TrackerIdentity& tracker) override { next_.publish_tracker(tracker); }
-  void publish_status(std::span<const NamedReport> reports) override { next_.publish_status(reports); }
+  void publish_status(const PipelineStatus& status) override { next_.publish_status(status); }
   void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
   void log_stage(const NamedReport& report) override { next_.log_stage(report); }
-  void log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) override {
-    next_.log_validity(instrument, validity, reasons);
+  void log_validity(std::uint32_t instrument, const InstrumentStatus& status) override {
+    next_.log_validity(instrument, status);
   }
 
  private:

@@ -19,9 +19,9 @@ std::vector<std::string> instrument_ids(const Configuration& configuration) {
 ShmOutlet::ShmOutlet(const Configuration& configuration, std::uint64_t daemon_start, Outlet& next)
     : ForwardingOutlet(next), publisher_(configuration.shm, instrument_ids(configuration), daemon_start) {}
 
-void ShmOutlet::publish(const TubeEstimate& estimate) {
+bool ShmOutlet::publish(const TubeEstimate& estimate) {
   publisher_.publish(estimate);  // first: it takes microseconds, a write to DDS a hundred
-  ForwardingOutlet::publish(estimate);
+  return ForwardingOutlet::publish(estimate);
 }
 
 void ShmOutlet::publish_health(std::span<const NamedReport> reports) {

@@ -14,7 +14,7 @@ class ShmOutlet final : public ForwardingOutlet {
   /// `next` outlives this object; `daemon_start` is what it publishes. Throws ShmError.
   ShmOutlet(const Configuration& configuration, std::uint64_t daemon_start, Outlet& next);
 
-  void publish(const TubeEstimate& estimate) override;
+  bool publish(const TubeEstimate& estimate) override;
   void publish_health(std::span<const NamedReport> reports) override;
 
  private:

@@ -103,11 +103,20 @@ enum class StageState : std::uint32_t {
   kFailed = 5
 };
 
+/// What is said of an instrument besides its shapes.
+struct InstrumentStatus {
+  Validity validity =
+      Validity::kNotAvailable;  ///< of the newest estimate, NOT_AVAILABLE when that is too old
+  Reasons reasons;
+  std::int64_t estimate_age_ns = -1;  ///< since the newest estimate was written, -1 = never one
+};
+
 /// What a stage tells of itself, newest wins. Counters only grow.
 struct StageReport {
   StageState state = StageState::kStarting;
-  std::int64_t since_ns = 0;    ///< when the state was entered
-  std::array<char, 256> why{};  ///< zero-terminated, in words: the cause first
+  std::int64_t since_ns = 0;     ///< when the state was entered
+  std::int64_t reported_ns = 0;  ///< when the stage's thread said this, 0 = never
+  std::array<char, 256> why{};   ///< zero-terminated, in words: the cause first
   std::uint64_t steps = 0;
   std::uint64_t outputs = 0;
   std::uint64_t dropped = 0;  ///< superseded before use, or ring full

@@ -14,7 +14,9 @@ namespace tubed {
 
 namespace {
 
-constexpr std::int64_t kSilence_ns = 3'000'000'000;
+// Both reports come once a second, the status sooner when something is wrong: its age is what up depends on.
+constexpr std::int64_t kStatusSilence_ns = 1'500'000'000;
+constexpr std::int64_t kHealthSilence_ns = 3'000'000'000;
 // Of the 96 quarter octaves every fourth edge is exported: 2, 4, 8 us ...
 constexpr std::size_t kEdgeStep = 4;
 
@@ -85,12 +87,21 @@ std::string labels_of(const InstrumentReports& reports, std::string_view stage) 
 }
 
 void write_validity(std::string& text, const Alive& alive) {
-  Family validity(text, "tubed_validity", "gauge",
-                  "1 for the validity of the newest estimate, 0 for the others.");
+  Family validity(
+      text, "tubed_validity", "gauge",
+      "1 for the validity of the newest estimate, 0 for the others; NOT_AVAILABLE when that is old.");
   for (const InstrumentReports* reports : alive) {
     for (std::uint32_t word = 0; word < 4; ++word) {
       validity.add(labels_of(*reports) + "," + label("validity", name_of(static_cast<Validity>(word))),
                    reports->status.validity == word ? 1 : 0);
+    }
+  }
+  Family age(
+      text, "tubed_estimate_age_seconds", "gauge",
+      "Age of the newest estimate that was written, when the daemon last reported; none before the first.");
+  for (const InstrumentReports* reports : alive) {
+    if (reports->status.estimate_age_ns >= 0) {
+      age.add(labels_of(*reports), static_cast<double>(reports->status.estimate_age_ns) * 1e-9);
     }
   }
   Family reason(text, "tubed_reason", "gauge", "1 for each reason of the newest estimate, 0 for the others.");
@@ -116,6 +127,21 @@ void write_estimates(std::string& text, const Alive& alive) {
       "From mid exposure to publishing, of estimates with an image; the sum is of the buckets' middles.");
   for (const InstrumentReports* reports : alive) {
     latency.add(labels_of(*reports), reports->health.exposure_to_publish);
+  }
+}
+
+void write_stage_ages(std::string& text, const Alive& alive) {
+  Family age(text, "tubed_stage_age_seconds", "gauge",
+             "Time since a stage gave a sign of life, when the daemon last reported; none before the first.");
+  for (const InstrumentReports* reports : alive) {
+    const std::size_t count =
+        std::min<std::size_t>(reports->status.stage_count, std::size(reports->status.stages));
+    for (std::size_t i = 0; i < count; ++i) {
+      const tubed_StageStatus& stage = reports->status.stages[i];
+      if (stage.age_ns >= 0) {
+        age.add(labels_of(*reports, stage.name), static_cast<double>(stage.age_ns) * 1e-9);
+      }
+    }
   }
 }
 
@@ -183,11 +209,11 @@ void write_stages(std::string& text, const Alive& alive) {
 std::string metrics_text(const std::map<std::string, InstrumentReports>& instruments, std::int64_t now_ns) {
   std::string text;
   Alive alive;
-  Family up(text, "tubed_up", "gauge", "Whether the daemon has reported on this instrument within 3 s.");
+  Family up(text, "tubed_up", "gauge", "Whether the daemon has reported on this instrument within 1.5 s.");
   for (const auto& [id, reports] : instruments) {
     const bool is_alive =
-        reports.health_received_ns > 0 && now_ns - reports.health_received_ns <= kSilence_ns &&
-        reports.status_received_ns > 0 && now_ns - reports.status_received_ns <= kSilence_ns;
+        reports.health_received_ns > 0 && now_ns - reports.health_received_ns <= kHealthSilence_ns &&
+        reports.status_received_ns > 0 && now_ns - reports.status_received_ns <= kStatusSilence_ns;
     up.add(label("instrument", id), is_alive ? 1 : 0);
     if (is_alive) {
       alive.push_back(&reports);
@@ -196,6 +222,7 @@ std::string metrics_text(const std::map<std::string, InstrumentReports>& instrum
   write_validity(text, alive);
   write_estimates(text, alive);
   write_states(text, alive);
+  write_stage_ages(text, alive);
   write_stages(text, alive);
   return text;
 }

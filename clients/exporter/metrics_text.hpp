@@ -19,7 +19,7 @@ struct InstrumentReports {
 };
 
 /// All instruments by their id. `now_ns`: of the same clock. An instrument that has been silent for more than
-/// 3 s is there with tubed_up 0 and nothing else: no figure of a dead daemon looks alive. Histograms leave
+/// 1.5 s is there with tubed_up 0 and nothing else: no figure of a dead daemon looks alive. Histograms leave
 /// out the buckets of 96 that would not tell more than a factor of two.
 std::string metrics_text(const std::map<std::string, InstrumentReports>& instruments, std::int64_t now_ns);
 

@@ -55,7 +55,11 @@ json coil_json(const tubed_EmCoil& coil) {
 }
 
 json stage_status_json(const tubed_StageStatus& stage) {
-  return {{"name", stage.name}, {"state", stage.state}, {"since_ns", stage.since_ns}, {"why", stage.why}};
+  return {{"name", stage.name},
+          {"state", stage.state},
+          {"since_ns", stage.since_ns},
+          {"age_ns", stage.age_ns},
+          {"why", stage.why}};
 }
 
 json histogram_json(const tubed_LatencyHistogram& histogram) {
@@ -156,6 +160,7 @@ json to_json(const tubed_TubeStatus& status) {
           {"validity_name", name_of(static_cast<Validity>(status.validity))},
           {"reasons", status.reasons},
           {"reason_names", names_of(Reasons(status.reasons))},
+          {"estimate_age_ns", status.estimate_age_ns},
           {"stage_count", status.stage_count},
           {"stages", objects(used(status.stages, status.stage_count), stage_status_json)}};
 }

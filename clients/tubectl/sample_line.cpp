@@ -54,6 +54,13 @@ std::string tracker_text(const tubed_TrackerIdentity& tracker) {
 
 }  // namespace
 
+std::string age_text(std::int64_t age_ns) {
+  const double seconds = static_cast<double>(age_ns) * 1e-9;
+  if (age_ns < 0) return "never";
+  if (seconds < 0.25) return fmt::format("{:.0f}ms", seconds * 1e3);
+  return seconds < 120 ? fmt::format("{:.1f}s", seconds) : fmt::format("{:.0f}min", seconds / 60);
+}
+
 std::int64_t measured_monotonic_ns(const tubed_TubeEstimate& estimate) {
   return estimate.has_image ? estimate.stamps.exposure_monotonic_ns
                             : estimate.stamps.em_measured_monotonic_ns;
@@ -80,9 +87,9 @@ std::string line_of(const tubed_EmSamples& samples) {
 }
 
 std::string line_of(const tubed_TubeStatus& status) {
-  std::string line =
-      fmt::format("{:.3f} {} {} {}", seconds(status.time_ns), status.instrument_id,
-                  name_of(static_cast<Validity>(status.validity)), names_of(Reasons(status.reasons)));
+  std::string line = fmt::format("{:.3f} {} {} {}, newest estimate: {}", seconds(status.time_ns),
+                                 status.instrument_id, name_of(static_cast<Validity>(status.validity)),
+                                 names_of(Reasons(status.reasons)), age_text(status.estimate_age_ns));
   const std::size_t count = std::min<std::size_t>(status.stage_count, std::size(status.stages));
   for (std::size_t i = 0; i < count; ++i) {
     const tubed_StageStatus& stage = status.stages[i];

@@ -19,6 +19,9 @@ nlohmann::json to_json(const tubed_TubeHealth& health);
 /// Time, instrument, number, validity, reasons, tip, sigma at the tip and the latency until
 /// `received_monotonic_ns`.
 std::string line_of(const tubed_TubeEstimate& estimate, std::int64_t received_monotonic_ns);
+/// "12ms", "0.4s", "3min" from nanoseconds; "never" below zero.
+std::string age_text(std::int64_t age_ns);
+
 std::string line_of(const tubed_EmSamples& samples);
 std::string line_of(const tubed_TubeStatus& status);
 std::string line_of(const tubed_TubeIdentity& identity);

@@ -41,6 +41,7 @@ void StatusLine::add(const TubeNews& news) {
 
 bool StatusLine::add(const tubed_TubeStatus& status) {
   const bool is_first = stages_.empty();
+  estimate_age_ns_ = status.estimate_age_ns;
   stages_.clear();
   whys_.clear();
   const auto count = std::min<std::size_t>(status.stage_count, std::size(status.stages));
@@ -76,6 +77,7 @@ std::string StatusLine::text(const std::string& id) const {
   std::string line = id + " " + word() + " ";
   line += trouble_ ? "\"" + std::string(name_of(*trouble_)) + "\"" : reasons_.empty() ? "-" : reasons_;
   line += " rate=" + number(rate_hz(), "Hz") + " latency=" + number(latency_ms_, "ms");
+  line += " age=" + (estimate_age_ns_ ? age_text(*estimate_age_ns_) : "-");
   for (const auto& [stage, state] : stages_) line += " " + stage + "=" + state;
   for (const auto& [stage, why] : whys_) line += " " + stage + "=\"" + why + "\"";
   if (!rival_.empty()) line += " rival=\"" + rival_ + "\"";
@@ -90,6 +92,7 @@ nlohmann::json StatusLine::to_json(const std::string& id) const {
   json["rival"] = rival_.empty() ? nlohmann::json() : nlohmann::json(rival_);
   json["rate_hz"] = rate_hz() ? nlohmann::json(*rate_hz()) : nlohmann::json();
   json["latency_ms"] = latency_ms_ ? nlohmann::json(*latency_ms_) : nlohmann::json();
+  json["estimate_age_ns"] = estimate_age_ns_ ? nlohmann::json(*estimate_age_ns_) : nlohmann::json();
   return json;
 }
 

@@ -26,10 +26,11 @@ class StatusLine {
   /// The newest thing heard is an estimate, it is VALID, and nobody else publishes the instrument.
   [[nodiscard]] bool is_valid() const;
 
-  /// `ID WORD reasons rate=30.0Hz latency=12ms em=running grab-A=running ...`, no line break. After an event
-  /// the word is NO_SHAPE. While somebody else publishes the instrument too, rival="WHO" at its end.
+  /// `ID WORD reasons rate=30.0Hz latency=12ms age=9ms em=running grab-A=running ...`, no line break. After
+  /// an event the word is NO_SHAPE. While somebody else publishes the instrument too, rival="WHO" at its end.
   [[nodiscard]] std::string text(const std::string& id) const;
-  /// instrument_id, validity, reasons, rate_hz, latency_ms, stages {name: state}; null for what is not known.
+  /// instrument_id, validity, reasons, rate_hz, latency_ms, estimate_age_ns, stages {name: state}; null for
+  /// what is not known.
   [[nodiscard]] nlohmann::json to_json(const std::string& id) const;
 
  private:
@@ -44,6 +45,8 @@ class StatusLine {
   std::int64_t first_received_ns_ = 0;
   std::int64_t last_received_ns_ = 0;
   std::optional<double> latency_ms_;  ///< newest measurement to here; none without one
+  std::optional<std::int64_t>
+      estimate_age_ns_;  ///< of the newest status, as the daemon says it; -1: never one
   std::map<std::string, std::string> stages_;
   std::map<std::string, std::string> whys_;  ///< of the stages that have something to say
 };

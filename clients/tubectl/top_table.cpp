@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "clients/tubectl/sample_text.hpp"
 #include "clients/tubectl/status_line.hpp"
 #include "idl/validity.hpp"
 
@@ -90,9 +91,11 @@ std::string top_table(const tubed_TubeStatus& status, const tubed_TubeHealth& be
   const tubed_TubeHealth none{};
   const tubed_TubeHealth& earlier = is_continued ? before : none;
   std::string table = fmt::format(
-      "{}  {}  {}  {} estimates/s\nexposure to publish  p50 {} ms  p90 {} ms  p99 {} ms\n\n",
+      "{}  {}  {}  newest estimate: {}  {} estimates/s\nexposure to publish  p50 {} ms  p90 {} ms  p99 {} "
+      "ms\n\n",
       status.instrument_id, name_of(static_cast<Validity>(status.validity)),
-      names_of(Reasons(status.reasons)), rate_text(earlier.estimates, after.estimates, seconds),
+      names_of(Reasons(status.reasons)), age_text(status.estimate_age_ns),
+      rate_text(earlier.estimates, after.estimates, seconds),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.5)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.9)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.99)));

@@ -1,13 +1,30 @@
 #include "daemon/pipeline/publisher_stage.hpp"
 
+#include <cstdio>
+
 namespace tubed {
 
 namespace {
 // An estimate begun before a stall is history, also when it was finished afterwards: the process may have
 // been stopped in the middle of it. The next one is at most a period away.
 constexpr std::chrono::milliseconds kOldEstimate{150};
-constexpr std::chrono::milliseconds kBetweenWords{
-    100};  // words that change at every measurement do not flood DDS
+// Words that change at every measurement do not flood DDS.
+constexpr std::chrono::milliseconds kBetweenWords{100};
+
+bool same_word(const InstrumentStatus& a, const InstrumentStatus& b) {
+  return a.validity == b.validity && a.reasons == b.reasons;
+}
+
+// In doubling steps, so that a stage that hangs for an hour does not say so in a new line every second.
+void say_silence(std::chrono::nanoseconds silence, StageReport& report) {
+  const double silence_s = std::chrono::duration<double>(silence).count();
+  double said_s = std::chrono::duration<double>(kSilence).count();
+  while (2 * said_s <= silence_s) {
+    said_s *= 2;
+  }
+  std::snprintf(report.why.data(), report.why.size(), "no sign of life for %g s", said_s);
+}
+
 }  // namespace
 
 bool PublisherStage::step(const Clock& clock) noexcept {
@@ -30,14 +47,15 @@ bool PublisherStage::publish_estimates(MonotonicTime now) {
       ++too_old_;
       continue;
     }
-    outlet_.publish(estimate);
-    ++outputs_;
     any = true;
-    Instrument& instrument = instruments_[i];
-    validity_changed_ = validity_changed_ || instrument.validity != estimate.validity ||
-                        !(instrument.reasons == estimate.reasons);
-    instrument.validity = estimate.validity;
-    instrument.reasons = estimate.reasons;
+    if (!outlet_.publish(estimate)) {
+      ++not_written_;
+      continue;
+    }
+    ++outputs_;
+    instruments_[i].validity = estimate.validity;
+    instruments_[i].reasons = estimate.reasons;
+    instruments_[i].written = now;
   }
   return any;
 }
@@ -57,19 +75,60 @@ void PublisherStage::publish_tracker() {
   }
 }
 
-void PublisherStage::publish_reports(MonotonicTime now) {
+void PublisherStage::gather_stages(MonotonicTime now) {
   reports_.clear();
   gather_(reports_);
   stages_.resize(reports_.size());
+  silent_.resize(reports_.size());
+  for (std::size_t i = 0; i < reports_.size(); ++i) {
+    const StageReport& report = *reports_[i].report;
+    if (report.reported_ns == 0) {
+      continue;  // still at its first step, which may open a device
+    }
+    const MonotonicTime falls_silent = from_ns(report.reported_ns) + kSilence;
+    if (now < falls_silent) {
+      next_silence_ = std::min(next_silence_, falls_silent);
+      continue;
+    }
+    silent_[i] = report;
+    silent_[i].state = StageState::kFailed;
+    silent_[i].since_ns = to_ns(falls_silent);
+    say_silence(now - from_ns(report.reported_ns), silent_[i]);
+    reports_[i].report = &silent_[i];
+  }
+}
+
+// An optimizer that hangs must not look VALID.
+void PublisherStage::judge_instruments(MonotonicTime now) {
+  for (std::size_t i = 0; i < instruments_.size(); ++i) {
+    const Instrument& instrument = instruments_[i];
+    statuses_[i] = {instrument.validity, instrument.reasons, -1};
+    if (instrument.written == MonotonicTime{}) {
+      continue;
+    }
+    statuses_[i].estimate_age_ns = std::chrono::nanoseconds(now - instrument.written).count();
+    if (now < instrument.written + kSilence) {
+      next_silence_ = std::min(next_silence_, instrument.written + kSilence);
+    } else {
+      statuses_[i].validity = Validity::kNotAvailable;
+      statuses_[i].reasons.add(Reason::kDeadlineMissed);
+    }
+  }
+}
+
+void PublisherStage::publish_reports(MonotonicTime now) {
+  next_silence_ = MonotonicTime::max();
+  gather_stages(now);
+  judge_instruments(now);
   log_changes(now);
   const bool second_passed = now >= next_second_;
   if (second_passed || outlet_.is_status_due() || status_is_due(now)) {
-    outlet_.publish_status(reports_);
+    outlet_.publish_status({reports_, statuses_});
     for (std::size_t i = 0; i < reports_.size(); ++i) {
       stages_[i].state = reports_[i].report->state;
       stages_[i].words = reports_[i].report->why.data();
     }
-    validity_changed_ = false;
+    published_ = statuses_;
     next_words_ = now + kBetweenWords;
   }
   if (second_passed) {
@@ -79,7 +138,7 @@ void PublisherStage::publish_reports(MonotonicTime now) {
 }
 
 bool PublisherStage::status_is_due(MonotonicTime now) const {
-  bool state_changed = validity_changed_;
+  bool state_changed = !std::equal(statuses_.begin(), statuses_.end(), published_.begin(), same_word);
   bool words_changed = false;
   for (std::size_t i = 0; i < reports_.size(); ++i) {
     state_changed = state_changed || reports_[i].report->state != stages_[i].state;
@@ -95,9 +154,8 @@ void PublisherStage::log_changes(MonotonicTime now) {
     }
   }
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
-    Instrument& instrument = instruments_[i];
-    if (instrument.lines.is_due(instrument.validity, instrument.reasons, now)) {
-      outlet_.log_validity(static_cast<std::uint32_t>(i), instrument.validity, instrument.reasons);
+    if (instruments_[i].lines.is_due(statuses_[i].validity, statuses_[i].reasons, now)) {
+      outlet_.log_validity(static_cast<std::uint32_t>(i), statuses_[i]);
     }
   }
 }
@@ -105,7 +163,7 @@ void PublisherStage::log_changes(MonotonicTime now) {
 void PublisherStage::describe(StageReport& report) const noexcept {
   report.state = outputs_ == 0 ? StageState::kStarting : StageState::kRunning;
   report.outputs = outputs_;
-  report.dropped = too_old_;
+  report.dropped = too_old_ + not_written_;
 }
 
 }  // namespace tubed

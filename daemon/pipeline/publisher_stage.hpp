@@ -1,6 +1,7 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <span>
 #include <string>
@@ -19,19 +20,29 @@ struct NamedReport {
   const StageReport* report;
 };
 
+/// What is said of all stages and instruments at one time. Whoever gave no sign of life for kSilence is
+/// failed here, and an instrument without an estimate for so long is NOT_AVAILABLE, whatever was said of them
+/// last.
+struct PipelineStatus {
+  std::span<const NamedReport> stages;
+  std::span<const InstrumentStatus> instruments;
+};
+
+inline constexpr std::chrono::milliseconds kSilence{250};
+
 /// Where estimates leave the process. All calls come from the publisher thread, which may allocate, lock and
 /// log.
 class Outlet {
  public:
   virtual ~Outlet() = default;
-  /// Returns when the write has returned.
-  virtual void publish(const TubeEstimate& estimate) = 0;
+  /// Returns when the write has returned; false when it was refused.
+  virtual bool publish(const TubeEstimate& estimate) = 0;
   virtual void publish_em(const EmFrame& frame) = 0;
   /// The tracker, or a tool of it, is another than before, or has said for the first time which it is.
   virtual void publish_tracker(const TrackerIdentity& tracker) = 0;
   /// At once when a state or an instrument's validity is another, within a tenth of a second when a stage's
   /// words are, and once a second.
-  virtual void publish_status(std::span<const NamedReport> reports) = 0;
+  virtual void publish_status(const PipelineStatus& status) = 0;
   /// Once a second.
   virtual void publish_health(std::span<const NamedReport> reports) = 0;
   /// Something that the status says, and no stage knows, is another since the last status.
@@ -39,11 +50,12 @@ class Outlet {
   /// A stage's state or words are others: worth a line of the log. What flaps comes once a second.
   virtual void log_stage(const NamedReport& report) = 0;
   /// An instrument's validity or reasons are others, likewise.
-  virtual void log_validity(std::uint32_t instrument, Validity validity, Reasons reasons) = 0;
+  virtual void log_validity(std::uint32_t instrument, const InstrumentStatus& status) = 0;
 };
 
 /// Sends what is newest: estimates, EM samples, which tracker it is, status on change and once a second,
-/// health once a second; and says which changes are worth a line of the log. See Stage.
+/// health once a second; says which changes are worth a line of the log, and that a stage or an instrument is
+/// silent. See Stage.
 class PublisherStage final : public Stage {
  public:
   /// `gather` fills the newest report of every stage thread; called from this stage's thread.
@@ -56,13 +68,16 @@ class PublisherStage final : public Stage {
         em_(em),
         tracker_(tracker),
         outlet_(outlet),
-        bell_(own_bell) {}
+        bell_(own_bell),
+        statuses_(estimates_.size()),
+        published_(estimates_.size()) {}
 
   /// Before the thread starts.
   void set_gather(Gather gather) { gather_ = std::move(gather); }
 
+  /// Until somebody falls silent, if that is sooner.
   void wait(const Clock& clock) noexcept override {
-    bell_.wait_until(clock.now() + std::chrono::milliseconds(100));
+    bell_.wait_until(std::min(clock.now() + std::chrono::milliseconds(100), next_silence_));
   }
   bool step(const Clock& clock) noexcept override;
   void wake() noexcept override { bell_.ring(); }
@@ -70,8 +85,9 @@ class PublisherStage final : public Stage {
 
  private:
   struct Instrument {
-    Validity validity = Validity::kNotAvailable;
+    Validity validity = Validity::kNotAvailable;  ///< of the newest estimate that was written
     Reasons reasons;
+    MonotonicTime written{};  ///< when that was; zero = never
     LineLimit<Validity, Reasons> lines;
   };
   /// As it was last published.
@@ -84,6 +100,8 @@ class PublisherStage final : public Stage {
   bool publish_estimates(MonotonicTime now);
   bool publish_em();
   void publish_tracker();
+  void gather_stages(MonotonicTime now);
+  void judge_instruments(MonotonicTime now);
   void publish_reports(MonotonicTime now);
   [[nodiscard]] bool status_is_due(MonotonicTime now) const;
   void log_changes(MonotonicTime now);
@@ -96,12 +114,16 @@ class PublisherStage final : public Stage {
   Doorbell& bell_;
   Gather gather_;
   std::vector<NamedReport> reports_;
+  std::vector<StageReport> silent_;         ///< what is said in the place of a silent stage
+  std::vector<InstrumentStatus> statuses_;  ///< of the instruments, as of now
+  std::vector<InstrumentStatus> published_;
+  MonotonicTime next_silence_ = MonotonicTime::max();  ///< when the next one falls silent, unless it speaks
   std::vector<PublishedStage> stages_;
-  bool validity_changed_ = false;
   MonotonicTime next_words_{};
   MonotonicTime next_second_{};
   std::uint64_t outputs_ = 0;
   std::uint64_t too_old_ = 0;
+  std::uint64_t not_written_ = 0;
   EmFrame em_frame_;
 };
 

@@ -15,7 +15,8 @@ namespace tubed {
 
 namespace {
 
-constexpr std::chrono::milliseconds kReportPeriod{100};
+constexpr std::chrono::milliseconds kReportPeriod{
+    50};  // half of the longest wait: a report is never 250 ms old
 
 std::string apply_scheduling(const std::string& name, const ThreadSettings& settings) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
@@ -115,7 +116,7 @@ void StageThread::run() {
   }
 }
 
-// At most ten times a second, and at once when the stage's condition changes.
+// At most twenty times a second, and at once when the stage's condition changes.
 void StageThread::publish_report(MonotonicTime now) {
   StageReport described = report_;
   stage_.describe(described);
@@ -124,6 +125,7 @@ void StageThread::publish_report(MonotonicTime now) {
     return;
   }
   const ThreadCosts costs = costs_of_this_thread();
+  described.reported_ns = to_ns(now);
   described.since_ns = changed ? to_ns(now) : report_.since_ns;
   described.allocations = costs.allocations;
   described.locks = costs.locks;

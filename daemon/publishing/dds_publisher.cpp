@@ -121,10 +121,10 @@ PublishResult DdsPublisher::publish_em(std::uint32_t instrument, const EmSamples
   return writers_->write(writers_->em_writer, instrument, writers_->em_samples);
 }
 
-PublishResult DdsPublisher::publish_status(std::uint32_t instrument, Validity validity, Reasons reasons,
+PublishResult DdsPublisher::publish_status(std::uint32_t instrument, const InstrumentStatus& status,
                                            std::span<const NamedStageReport> stages,
                                            const ClockPair& now) noexcept {
-  to_wire(validity, reasons, stages, now, writers_->status);
+  to_wire(status, stages, now, writers_->status);
   return writers_->write(writers_->status_writer, instrument, writers_->status);
 }
 

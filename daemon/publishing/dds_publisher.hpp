@@ -45,8 +45,8 @@ class DdsPublisher {
   PublishResult publish_em(std::uint32_t instrument, const EmSamplesValues& samples,
                            const ClockPair& now = read_clocks()) noexcept;
 
-  /// `validity` and `reasons` of the newest estimate; on change and once a second.
-  PublishResult publish_status(std::uint32_t instrument, Validity validity, Reasons reasons,
+  /// On change and once a second.
+  PublishResult publish_status(std::uint32_t instrument, const InstrumentStatus& status,
                                std::span<const NamedStageReport> stages,
                                const ClockPair& now = read_clocks()) noexcept;
 

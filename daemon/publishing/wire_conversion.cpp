@@ -164,17 +164,19 @@ void to_wire(const EmSamplesValues& samples, const ClockPair& now, tubed_EmSampl
   }
 }
 
-void to_wire(Validity validity, Reasons reasons, std::span<const NamedStageReport> stages,
-             const ClockPair& now, tubed_TubeStatus& wire) {
+void to_wire(const InstrumentStatus& status, std::span<const NamedStageReport> stages, const ClockPair& now,
+             tubed_TubeStatus& wire) {
   wire.time_ns = now.realtime_ns;
-  wire.validity = static_cast<std::uint32_t>(validity);
-  wire.reasons = reasons.bits();
+  wire.validity = static_cast<std::uint32_t>(status.validity);
+  wire.reasons = status.reasons.bits();
+  wire.estimate_age_ns = status.estimate_age_ns;
   wire.stage_count = static_cast<std::uint32_t>(std::min<std::size_t>(stages.size(), kMaxStages));
   for (std::size_t i = 0; i < wire.stage_count; ++i) {
     const StageReport& report = stages[i].report;
     copy_text(stages[i].name, wire.stages[i].name);
     wire.stages[i].state = static_cast<std::uint32_t>(report.state);
     wire.stages[i].since_ns = now.to_realtime_ns(report.since_ns);
+    wire.stages[i].age_ns = report.reported_ns == 0 ? -1 : now.monotonic_ns - report.reported_ns;
     const auto end = std::find(report.why.begin(), report.why.end(), '\0');
     copy_text(std::string_view(report.why.data(), static_cast<std::size_t>(end - report.why.begin())),
               wire.stages[i].why);

@@ -22,8 +22,8 @@ void to_wire(const TubeEstimate& estimate, const ClockPair& now, tubed_TubeEstim
 void to_wire(const EmSamplesValues& samples, const ClockPair& now, tubed_EmSamples& wire);
 
 /// All fields but instrument_id and daemon_start.
-void to_wire(Validity validity, Reasons reasons, std::span<const NamedStageReport> stages,
-             const ClockPair& now, tubed_TubeStatus& wire);
+void to_wire(const InstrumentStatus& status, std::span<const NamedStageReport> stages, const ClockPair& now,
+             tubed_TubeStatus& wire);
 
 /// All fields but instrument_id and daemon_start.
 void to_wire(const InstrumentHealthValues& health, std::span<const NamedStageReport> stages,

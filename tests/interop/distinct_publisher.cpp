@@ -12,7 +12,7 @@ int main() {
   for (int i = 0; i < 900; ++i) {
     publisher.publish(tubed::distinct_estimate(), now);
     publisher.publish_em(0, tubed::distinct_em_samples(), now);
-    publisher.publish_status(0, tubed::Validity::kValid, tubed::Reasons(7), {&stage, 1}, now);
+    publisher.publish_status(0, tubed::distinct_status(), {&stage, 1}, now);
     publisher.publish_health(0, tubed::distinct_health(), {&stage, 1}, now);
     std::this_thread::sleep_for(std::chrono::milliseconds(33));
   }

@@ -140,10 +140,12 @@ void check(const tubed::TubeStatus& status) {
   expect_equal("time_ns", status.time_ns(), 5'000'000);
   expect_equal("validity", status.validity(), tubed::VALIDITY_VALID);
   expect_equal("reasons", status.reasons(), 7);
+  expect_equal("estimate_age_ns", status.estimate_age_ns(), 310);
   expect_equal("stage_count", status.stage_count(), 1);
   expect_text("name", status.stages()[0].name().to_string(), "Frangi");
   expect_equal("state", status.stages()[0].state(), 2);
   expect_equal("since_ns", status.stages()[0].since_ns(), 4'000'301);
+  expect_equal("age_ns", status.stages()[0].age_ns(), 600'000);
   expect_text("why", status.stages()[0].why().to_string(), "half of the images are black");
 }
 

@@ -14,6 +14,10 @@ InstrumentReports reports_at(std::int64_t received_ns) {
   std::strcpy(reports.health.instrument_id, "cath-1");
   reports.status_received_ns = reports.health_received_ns = received_ns;
   reports.status.validity = 1;
+  reports.status.estimate_age_ns = 12'000'000;
+  reports.status.stage_count = 1;
+  std::strcpy(reports.status.stages[0].name, "em");
+  reports.status.stages[0].age_ns = 30'000'000;
   reports.health.validity_counts[1] = 42;
   reports.health.stage_count = 1;
   std::strcpy(reports.health.stages[0].name, "em");
@@ -32,6 +36,23 @@ TEST(MetricsText, CountsAndStatesCarryTheirInstrument) {
   EXPECT_TRUE(says(text, R"(tubed_validity{instrument="cath-1",validity="INVALID"} 0)")) << text;
   EXPECT_TRUE(says(text, R"(tubed_estimates_total{instrument="cath-1",validity="VALID"} 42)")) << text;
   EXPECT_TRUE(says(text, R"(tubed_stage_steps_total{instrument="cath-1",stage="em"} 7)")) << text;
+}
+
+TEST(MetricsText, SayHowOldTheNewestEstimateAndTheSignsOfLifeOfStagesAre) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  std::string text = metrics_text({{"cath-1", reports}}, kSecond_ns);
+  EXPECT_TRUE(says(text, R"(tubed_estimate_age_seconds{instrument="cath-1"} 0.012)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_stage_age_seconds{instrument="cath-1",stage="em"} 0.03)")) << text;
+  reports.status.estimate_age_ns = reports.status.stages[0].age_ns = -1;
+  text = metrics_text({{"cath-1", reports}}, kSecond_ns);
+  EXPECT_EQ(text.find("age_seconds{"), std::string::npos) << "never is no age: " << text;
+}
+
+TEST(MetricsText, ADaemonWhoseStatusStaysAwayIsDown) {
+  const InstrumentReports reports = reports_at(kSecond_ns);
+  const std::int64_t late = kSecond_ns + kSecond_ns * 3 / 2;
+  EXPECT_TRUE(says(metrics_text({{"cath-1", reports}}, late), R"(tubed_up{instrument="cath-1"} 1)"));
+  EXPECT_TRUE(says(metrics_text({{"cath-1", reports}}, late + 1), R"(tubed_up{instrument="cath-1"} 0)"));
 }
 
 TEST(MetricsText, ASilentDaemonHasNoFigures) {

@@ -62,5 +62,17 @@ TEST(SampleText, ALineSaysWhenTheTrackerHasNotSaidWhichItIs) {
   EXPECT_NE(line_of(*identity()).find("the tracker has not said which it is"), std::string::npos);
 }
 
+TEST(SampleText, AStatusSaysHowOldTheNewestEstimateAndEachStagesSignOfLifeAre) {
+  const auto status = std::make_unique<tubed_TubeStatus>();
+  status->estimate_age_ns = 400'000'000;
+  status->stage_count = 1;
+  status->stages[0].age_ns = 30'000'000;
+  EXPECT_NE(line_of(*status).find("newest estimate: 0.4s"), std::string::npos) << line_of(*status);
+  EXPECT_EQ(to_json(*status)["estimate_age_ns"], 400'000'000);
+  EXPECT_EQ(to_json(*status)["stages"][0]["age_ns"], 30'000'000);
+  status->estimate_age_ns = -1;
+  EXPECT_NE(line_of(*status).find("newest estimate: never"), std::string::npos) << line_of(*status);
+}
+
 }  // namespace
 }  // namespace tubed

@@ -27,11 +27,12 @@ TEST(StatusLine, SaysValidityReasonsRateAndStagesOnOneLine) {
   std::strcpy(status.stages[0].why, "port 2: no tool; sensor 3, 4 left out");
   std::strcpy(status.stages[1].name, "grab-A");
   status.stages[1].state = 3;
+  status.estimate_age_ns = 9'000'000;
   EXPECT_TRUE(line.add(status));
 
   EXPECT_TRUE(line.is_valid());
   EXPECT_EQ(line.text("cath-1"),
-            "cath-1 VALID DEMO_DATA rate=20.0Hz latency=- em=running grab-A=reconnecting "
+            "cath-1 VALID DEMO_DATA rate=20.0Hz latency=- age=9ms em=running grab-A=reconnecting "
             "em=\"port 2: no tool; sensor 3, 4 left out\"");
 }
 

@@ -54,6 +54,7 @@ tubed_TubeHealth health(std::uint64_t start, std::int64_t second, std::uint64_t 
 
 tubed_TubeStatus status() {
   tubed_TubeStatus status{};
+  status.estimate_age_ns = 12'000'000;
   std::strcpy(status.instrument_id, "cath-1");
   status.validity = 1;
   status.time_ns = 90'000'000'000;
@@ -66,7 +67,8 @@ tubed_TubeStatus status() {
 
 TEST(TopTable, ShowsRatesOfTheIntervalAndWhyAStageIsDegraded) {
   const std::string table = top_table(status(), health(7, 10, 300), health(7, 12, 360));
-  EXPECT_NE(table.find("cath-1  VALID  -  30.0 estimates/s"), std::string::npos) << table;
+  EXPECT_NE(table.find("cath-1  VALID  -  newest estimate: 12ms  30.0 estimates/s"), std::string::npos)
+      << table;
   EXPECT_NE(table.find("degraded         90s     30.0"), std::string::npos) << table;
   EXPECT_NE(table.find("images are late"), std::string::npos) << table;
 }

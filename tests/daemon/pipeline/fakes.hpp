@@ -8,6 +8,7 @@
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/pipeline/publisher_stage.hpp"
 #include "daemon/pipeline/stage.hpp"
+#include "daemon/pipeline/status_words.hpp"
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/image_source.hpp"
 
@@ -84,28 +85,42 @@ class FakeEstimator final : public Estimator {
 /// Remembers what left.
 class FakeOutlet final : public Outlet {
  public:
-  void publish(const TubeEstimate& estimate) override { estimates.push_back(estimate); }
+  bool publish(const TubeEstimate& estimate) override {
+    estimates.push_back(estimate);
+    return writes_succeed;
+  }
   void publish_em(const EmFrame& frame) override { em_frames.push_back(frame.tracker_frame); }
   void publish_tracker(const TrackerIdentity& tracker) override { trackers.push_back(tracker); }
-  void publish_status(std::span<const NamedReport> reports) override {
+  void publish_status(const PipelineStatus& status) override {
     ++statuses;
-    stage_count = reports.size();
-    words = reports.empty() ? "" : reports[0].report->why.data();
+    stage_count = status.stages.size();
+    words = status.stages.empty() ? "" : status.stages[0].report->why.data();
+    instruments.assign(status.instruments.begin(), status.instruments.end());
+    stages.clear();
+    for (const NamedReport& stage : status.stages) {
+      stages.push_back(*stage.report);
+    }
+    systemctl_words = status_words(ids, status);
   }
   void publish_health(std::span<const NamedReport> /*reports*/) override { ++healths; }
   void log_stage(const NamedReport& report) override {
     lines.push_back(std::to_string(static_cast<int>(report.report->state)) + " " + report.report->why.data());
   }
-  void log_validity(std::uint32_t /*instrument*/, Validity validity, Reasons reasons) override {
-    lines.push_back(std::string(name_of(validity)) + " " + names_of(reasons));
+  void log_validity(std::uint32_t /*instrument*/, const InstrumentStatus& status) override {
+    lines.push_back(std::string(name_of(status.validity)) + " " + names_of(status.reasons));
   }
 
+  bool writes_succeed = true;
+  std::vector<std::string> ids{"cath-1"};
   std::vector<TubeEstimate> estimates;
   std::vector<std::uint32_t> em_frames;
   std::vector<TrackerIdentity> trackers;
   std::vector<std::string>
       lines;          ///< of the log: number of the stage's state or validity, then words or reasons
   std::string words;  ///< of the first stage in the newest status
+  std::vector<InstrumentStatus> instruments;  ///< in the newest status
+  std::vector<StageReport> stages;            ///< likewise
+  std::string systemctl_words;                ///< likewise
   int statuses = 0;
   int healths = 0;
   std::size_t stage_count = 0;

@@ -167,8 +167,11 @@ TEST(PublisherStage, AFlappingValidityIsLoggedAtOnceAndThenOnceASecond) {
   }
   EXPECT_LE(bench.outlet.lines.size(), 3U);
   EXPECT_EQ(bench.outlet.lines[0], "VALID -");
-  bench.step_after(milliseconds(1000));
-  EXPECT_EQ(bench.outlet.lines.back(), "QUESTIONABLE -");
+  for (int i = 0; i < 31; ++i) {  // another second, of doubt alone
+    bench.estimate(Validity::kQuestionable);
+    bench.step_after(milliseconds(33));
+  }
+  EXPECT_EQ(bench.outlet.lines.back(), "QUESTIONABLE -") << "the newest is not lost";
 }
 
 TEST(PublisherStage, WhichTrackerItIsLeavesOnceAChange) {
@@ -181,6 +184,71 @@ TEST(PublisherStage, WhichTrackerItIsLeavesOnceAChange) {
   bench.stage.step(bench.clock);
   ASSERT_EQ(bench.outlet.trackers.size(), 1U);
   EXPECT_EQ(bench.outlet.trackers[0].firmware.text(), "AURORA Rev 008");
+}
+
+TEST(PublisherStage, AHungOptimizerIsNotAvailableAfter250MsAndRecovers) {
+  PublisherBench bench;
+  bench.estimate(Validity::kValid);
+  bench.stage.step(bench.clock);
+  bench.step_after(milliseconds(249));
+  EXPECT_EQ(bench.outlet.instruments[0].validity, Validity::kValid);
+  bench.step_after(milliseconds(1));
+  EXPECT_EQ(bench.outlet.instruments[0].validity, Validity::kNotAvailable);
+  EXPECT_EQ(bench.outlet.instruments[0].estimate_age_ns, 250'000'000);
+  EXPECT_NE(bench.outlet.systemctl_words.find("cath-1 NOT_AVAILABLE (DEADLINE_MISSED), estimate 250 ms old"),
+            std::string::npos)
+      << bench.outlet.systemctl_words;
+  bench.estimate(Validity::kValid);
+  bench.stage.step(bench.clock);
+  EXPECT_EQ(bench.outlet.instruments[0].validity, Validity::kValid);
+  EXPECT_EQ(bench.outlet.instruments[0].estimate_age_ns, 0);
+}
+
+TEST(PublisherStage, AnEstimateThatWasNotWrittenMakesNobodyYounger) {
+  PublisherBench bench;
+  bench.outlet.writes_succeed = false;
+  bench.estimate(Validity::kValid);
+  bench.stage.step(bench.clock);
+  EXPECT_EQ(bench.outlet.instruments[0].validity, Validity::kNotAvailable);
+  EXPECT_EQ(bench.outlet.instruments[0].estimate_age_ns, -1);
+  StageReport report;
+  bench.stage.describe(report);
+  EXPECT_EQ(report.outputs, 0U);
+  EXPECT_EQ(report.dropped, 1U);
+}
+
+TEST(PublisherStage, ASilentStageHasFailedAndSaysSinceWhenUntilItSpeaksAgain) {
+  PublisherBench bench;
+  bench.say(StageState::kRunning, "");
+  bench.em_report.reported_ns = to_ns(bench.clock.now());
+  bench.stage.step(bench.clock);
+  bench.step_after(milliseconds(249));
+  EXPECT_EQ(bench.outlet.stages[0].state, StageState::kRunning);
+  bench.step_after(milliseconds(1));
+  EXPECT_EQ(bench.outlet.stages[0].state, StageState::kFailed);
+  EXPECT_EQ(bench.outlet.words, "no sign of life for 0.25 s");
+  bench.step_after(milliseconds(800));
+  EXPECT_EQ(bench.outlet.words, "no sign of life for 1 s");
+  EXPECT_NE(bench.outlet.systemctl_words.find("em is failed: no sign of life for 1 s"), std::string::npos)
+      << bench.outlet.systemctl_words;
+  bench.em_report.reported_ns = to_ns(bench.clock.now());
+  bench.stage.step(bench.clock);
+  EXPECT_EQ(bench.outlet.stages[0].state, StageState::kRunning);
+}
+
+TEST(PublisherStage, AStageThatHasNotYetGivenASignOfLifeIsStarting) {
+  PublisherBench bench;
+  bench.step_after(milliseconds(5000));
+  EXPECT_EQ(bench.outlet.stages[0].state, StageState::kStarting);
+}
+
+TEST(PublisherStage, AStageThatHangsForAnHourDoesNotFillTheLog) {
+  PublisherBench bench;
+  bench.em_report.reported_ns = to_ns(bench.clock.now());
+  for (int i = 0; i < 36000; ++i) {
+    bench.step_after(milliseconds(100));
+  }
+  EXPECT_LE(bench.outlet.lines.size(), 14U);
 }
 
 }  // namespace

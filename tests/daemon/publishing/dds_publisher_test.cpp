@@ -141,11 +141,11 @@ TEST_F(DdsPublisherTest, EveryFieldOfTheSlowTopicsArrives) {
   auto status = addressed<tubed_TubeStatus>("b", publisher);
   auto health = addressed<tubed_TubeHealth>("b", publisher);
   to_wire(distinct_em_samples(), kNow, em);
-  to_wire(Validity::kValid, Reasons(7), std::span(&stage, 1), kNow, status);
+  to_wire(distinct_status(), std::span(&stage, 1), kNow, status);
   to_wire(distinct_health(), std::span(&stage, 1), kNow, health);
 
   publisher.publish_em(1, distinct_em_samples(), kNow);
-  publisher.publish_status(1, Validity::kValid, Reasons(7), std::span(&stage, 1), kNow);
+  publisher.publish_status(1, distinct_status(), std::span(&stage, 1), kNow);
   publisher.publish_health(1, distinct_health(), std::span(&stage, 1), kNow);
 
   EXPECT_TRUE(is_bytewise_equal(em_reader.next(), em));

@@ -77,6 +77,7 @@ inline NamedStageReport distinct_stage() {
   NamedStageReport stage{.name = "Frangi", .report = {}};
   stage.report.state = StageState::kDegraded;
   stage.report.since_ns = 301;
+  stage.report.reported_ns = 400'000;
   std::string_view("half of the images are black").copy(stage.report.why.data(), stage.report.why.size() - 1);
   stage.report.steps = 302;
   stage.report.outputs = 303;
@@ -89,6 +90,8 @@ inline NamedStageReport distinct_stage() {
   std::iota(stage.report.busy.buckets.begin(), stage.report.busy.buckets.end(), 400);
   return stage;
 }
+
+inline InstrumentStatus distinct_status() { return {Validity::kValid, Reasons(7), 310}; }
 
 inline InstrumentHealthValues distinct_health() {
   InstrumentHealthValues health;

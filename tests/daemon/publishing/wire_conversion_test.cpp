@@ -130,18 +130,21 @@ TEST(WireConversion, AStageStatusSaysWhatSinceWhenAndWhy) {
   NamedStageReport stage{.name = "EM acquisition", .report = {}};
   stage.report.state = StageState::kReconnecting;
   stage.report.since_ns = 400'000;
+  stage.report.reported_ns = 700'000;
   std::string_view("no answer for 0.2 s").copy(stage.report.why.data(), stage.report.why.size() - 1);
   tubed_TubeStatus wire{};
 
-  to_wire(Validity::kInvalid, Reasons(1), std::span(&stage, 1), kNow, wire);
+  to_wire({Validity::kInvalid, Reasons(1), 123}, std::span(&stage, 1), kNow, wire);
 
   EXPECT_EQ(wire.time_ns, kNow.realtime_ns);
   EXPECT_EQ(wire.validity, 3U);
   EXPECT_EQ(wire.reasons, 1U);
+  EXPECT_EQ(wire.estimate_age_ns, 123);
   ASSERT_EQ(wire.stage_count, 1U);
   EXPECT_STREQ(wire.stages[0].name, "EM acquisition");
   EXPECT_EQ(wire.stages[0].state, 3U);
   EXPECT_EQ(wire.stages[0].since_ns, 4'400'000);
+  EXPECT_EQ(wire.stages[0].age_ns, 300'000);
   EXPECT_STREQ(wire.stages[0].why, "no answer for 0.2 s");
 }
 
@@ -151,9 +154,10 @@ TEST(WireConversion, WordsOfAStageArriveInFullUpToTheLastCharacter) {
   words.copy(stage.report.why.data(), stage.report.why.size() - 1);
   tubed_TubeStatus wire{};
 
-  to_wire(Validity::kValid, {}, std::span(&stage, 1), kNow, wire);
+  to_wire({.validity = Validity::kValid, .reasons = {}}, std::span(&stage, 1), kNow, wire);
 
   EXPECT_EQ(std::string(wire.stages[0].why), words);
+  EXPECT_EQ(wire.stages[0].age_ns, -1) << "it never reported";
 }
 
 TEST(WireConversion, HealthCarriesEveryCounterOfEveryStage) {
