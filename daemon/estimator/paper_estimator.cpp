@@ -90,6 +90,7 @@ PaperEstimator::PaperEstimator(const EstimatorSettings& settings, const Instrume
 
 void PaperEstimator::reset() noexcept {
   for (PaperImageMle& search : searches_) search.forget();
+  lost_tube_.forget();
   has_shape_ = false;
   newest_image_ = MonotonicTime{};
 }
@@ -118,7 +119,8 @@ void PaperEstimator::estimate(const Observation& observation, TubeEstimate& esti
   write_covariance(estimate);
   write_coils(coils, found, estimate);
   write_ages(observation, frame, newest_image_, estimate);
-  judge(observation, coils, {true, registered_, shape_.converged, images_}, estimate);
+  judge(observation, coils, {true, registered_, shape_.converged, lost_tube_.standing(observation, images_)},
+        estimate);
 }
 
 bool PaperEstimator::solve(const Observation& observation, const CoilObservations& coils,

@@ -55,6 +55,7 @@ class PaperEstimator final : public Estimator {
   Eigen::Matrix3Xd C_;  ///< published coefficients
   bool has_shape_ = false;
   ImageVerdict images_ = ImageVerdict::kNone;
+  LostTube lost_tube_;
   MonotonicTime shape_time_{};
   MonotonicTime newest_image_{};
 };

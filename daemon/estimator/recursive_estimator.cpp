@@ -66,6 +66,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
+  lost_tube_.forget();
   state_.noise.reset();
   state_.error_scale.reset();
   state_.gated = {};
@@ -118,7 +119,8 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {has_cameras_, registered_, converged_, images_}, estimate);
+  const ImageVerdict standing = lost_tube_.standing(observation, images_);
+  judge(observation, coils, {has_cameras_, registered_, converged_, standing}, estimate);
 }
 
 // To the newest state that is not younger than `time`. Without one the present state has to do.

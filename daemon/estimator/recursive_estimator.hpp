@@ -11,6 +11,7 @@
 #include "daemon/estimator/coil_update.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/learnt_bending.hpp"
+#include "daemon/estimator/report.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/tube_motion.hpp"
 
@@ -189,7 +190,8 @@ class RecursiveEstimator final : public Estimator {
   Eigen::VectorXd departure_;
   Eigen::VectorXd information_times_departure_;
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
-  const TubeMap* covariance_ = nullptr;        ///< that knows the covariance of shape_; nullptr: nobody
+  LostTube lost_tube_;
+  const TubeMap* covariance_ = nullptr;  ///< that knows the covariance of shape_; nullptr: nobody
   bool converged_ = true;
   MonotonicTime shape_time_{};
 };

@@ -27,7 +27,24 @@ struct Findings {
   bool uses_images = false;  ///< of the mode
   bool registered = true;
   bool converged = true;
-  ImageVerdict images = ImageVerdict::kNone;  ///< of this instant
+  ImageVerdict images = ImageVerdict::kNone;  ///< of this instant, or LostTube::standing()
+};
+
+/// That an image did not show the tube holds until one does, also for the shapes between images. Called by
+/// the optimizer's thread.
+class LostTube {
+ public:
+  /// The verdict on the shape of this observation; `images` is what the images of its instant alone say.
+  ImageVerdict standing(const Observation& observation, ImageVerdict images) {
+    if (observation.is_image_instant && images != ImageVerdict::kNone) {
+      is_lost_ = images == ImageVerdict::kLost;
+    }
+    return is_lost_ ? ImageVerdict::kLost : images;
+  }
+  void forget() { is_lost_ = false; }
+
+ private:
+  bool is_lost_ = false;
 };
 
 /// Clears what each estimate begins with: reasons, image figures, iterations.

@@ -16,6 +16,7 @@ SingleFrameEstimator::SingleFrameEstimator(const EstimatorSettings& settings,
 
 void SingleFrameEstimator::reset() noexcept {
   views_.forget();
+  lost_tube_.forget();
   has_shape_ = false;
   has_covariance_ = false;
 }
@@ -53,7 +54,9 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_ages(observation, frame, views_.newest_exposure(), estimate);
-  judge(observation, coils, {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(), images},
+  judge(observation, coils,
+        {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
+         lost_tube_.standing(observation, images)},
         estimate);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/report.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 
 namespace tubed {
@@ -24,6 +25,7 @@ class SingleFrameEstimator final : public Estimator {
   bool registered_;
   SingleFrameSolver solver_;
   TubeViews views_;
+  LostTube lost_tube_;
   bool has_shape_ = false;
   bool has_covariance_ = false;
   MonotonicTime shape_time_{};  ///< the instant of the newest shape

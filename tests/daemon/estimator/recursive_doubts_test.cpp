@@ -346,5 +346,30 @@ TEST(RecursiveDoubts, AStretchCaughtInOneViewIsGivenUpThoughAnotherShowsItsOwnWe
   EXPECT_LT(bench.beside_mm(), 2);
 }
 
+// Nobody looks at the image between two images: what it said holds until one shows the tube.
+TEST(RecursiveDoubts, ATickAfterAnImageWithoutTheTubeIsAsDoubtfulAsTheImage) {
+  FilterBench bench;
+  bench.measure_times(44);
+  bench.with_images = false;
+  bench.measure();
+  ASSERT_EQ(bench.estimate->validity, Validity::kValid);
+  for (int image = 0; image < 5; ++image) {  // three make it begin anew
+    bench.hidden = {-1, 400};
+    bench.show_image(milliseconds(5));
+    ASSERT_TRUE(bench.estimate->reasons.has(Reason::kImageLostTube)) << "image " << image;
+    for (int tick = 0; tick < 3; ++tick) {
+      bench.measure();
+      ASSERT_EQ(bench.estimate->validity, Validity::kQuestionable) << "image " << image << ", tick " << tick;
+      ASSERT_TRUE(bench.estimate->reasons.has(Reason::kImageLostTube))
+          << "image " << image << ", tick " << tick;
+    }
+  }
+  bench.hidden = {};
+  bench.show_image(milliseconds(5));
+  ASSERT_FALSE(bench.estimate->reasons.has(Reason::kImageLostTube));
+  bench.measure();
+  EXPECT_EQ(bench.estimate->validity, Validity::kValid);
+}
+
 }  // namespace
 }  // namespace tubed
