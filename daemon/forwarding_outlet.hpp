@@ -17,6 +17,7 @@ class ForwardingOutlet : public Outlet {
   void publish_tracker(const TrackerIdentity& tracker) override { next_.publish_tracker(tracker); }
   void publish_status(const PipelineStatus& status) override { next_.publish_status(status); }
   void publish_health(std::span<const NamedReport> reports) override { next_.publish_health(reports); }
+  [[nodiscard]] bool is_status_due() const override { return next_.is_status_due(); }
   void log_stage(const NamedReport& report) override { next_.log_stage(report); }
   void log_validity(std::uint32_t instrument, const InstrumentStatus& status) override {
     next_.log_validity(instrument, status);

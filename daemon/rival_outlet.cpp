@@ -15,29 +15,40 @@ std::vector<std::string> ids_of(const Configuration& configuration) {
   return ids;
 }
 
+/// Of an estimate, or of an instrument's status.
+template <typename Judged>
+void flag(Judged& judged) {
+  judged.reasons.add(Reason::kRivalWriter);
+  if (judged.validity == Validity::kValid) judged.validity = Validity::kQuestionable;
+}
+
 }  // namespace
 
 RivalOutlet::RivalOutlet(const Configuration& configuration, const DdsEntity& participant, Outlet& next)
-    : configuration_(configuration),
+    : ForwardingOutlet(next),
+      configuration_(configuration),
       watch_(participant, configuration.dds, ids_of(configuration)),
-      next_(next),
       is_flagged_(configuration.room.instruments.size()) {}
 
-void RivalOutlet::publish(const TubeEstimate& estimate) {
+bool RivalOutlet::publish(const TubeEstimate& estimate) {
   const bool has_rival = watch_.reports()[estimate.instrument].is_there;
   if (has_rival) {
     flagged_estimate_ = estimate;
-    flagged_estimate_.reasons.add(Reason::kRivalWriter);
-    if (estimate.validity == Validity::kValid) flagged_estimate_.validity = Validity::kQuestionable;
+    flag(flagged_estimate_);
   }
-  next_.publish(has_rival ? flagged_estimate_ : estimate);
+  const bool written = ForwardingOutlet::publish(has_rival ? flagged_estimate_ : estimate);
   is_status_due_ = is_status_due_ || has_rival != is_flagged_[estimate.instrument];
   is_flagged_[estimate.instrument] = has_rival;
   if (watch_.look(read_clocks().monotonic_ns)) log_changes();
+  return written;
 }
 
-void RivalOutlet::publish_status(std::span<const NamedReport> reports, bool changed) {
-  next_.publish_status(reports, changed);
+void RivalOutlet::publish_status(const PipelineStatus& status) {
+  flagged_statuses_.assign(status.instruments.begin(), status.instruments.end());
+  for (std::size_t i = 0; i < flagged_statuses_.size(); ++i) {
+    if (watch_.reports()[i].is_there) flag(flagged_statuses_[i]);
+  }
+  ForwardingOutlet::publish_status({status.stages, flagged_statuses_});
   is_status_due_ = false;
 }
 

@@ -62,7 +62,7 @@ class Session {
   /// what is being done. Empty when all is well.
   [[nodiscard]] Problem describe() const noexcept;
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
-  /// What the tracker and its tools say of themselves.
+  /// What the tracker and its tools say of themselves, whole: as of the last start of tracking.
   [[nodiscard]] const TrackerIdentity& identity() const noexcept { return identity_; }
   /// "AURORA Rev 008", or empty when the tracker did not say.
   [[nodiscard]] std::string_view firmware() const noexcept { return identity_.firmware.text(); }
@@ -135,7 +135,8 @@ class Session {
   int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row
   int idle_starts_ = 0;  ///< of tracking, without a measurement, in a row
   std::optional<ApiRevision> api_revision_;
-  TrackerIdentity identity_;
+  TrackerIdentity learnt_;    ///< being put together while the tracker is set up
+  TrackerIdentity identity_;  ///< as of the last start of tracking
   Problem problem_;
   Problem trouble_;  ///< what keeps it from measuring, until it measures
   Problem last_missing_;

@@ -85,16 +85,16 @@ void Session::take_identify(const Reply* reply) noexcept {
   switch (question_) {
     case 0:
       api_revision_ = parse_api_revision(said);
-      note(identity_.api_revision, said);
+      note(learnt_.api_revision, said);
       break;
     case 1:
-      note(identity_.firmware, find_firmware(said));
+      note(learnt_.firmware, find_firmware(said));
       break;
     case 2:
-      note(identity_.field_generator, find_serial_number(said));
+      note(learnt_.field_generator, find_serial_number(said));
       break;
     default:
-      note(identity_.control_unit_serial, find_serial_number(said));
+      note(learnt_.control_unit_serial, find_serial_number(said));
   }
   if (++question_ <= kVersions.size()) {
     return;
@@ -166,17 +166,17 @@ void Session::out_of_order(Phase phase) noexcept {
 
 void Session::identify_tools() noexcept {
   if (!ports_.control_unit_serial().empty()) {
-    identity_.control_unit_serial = {};
-    identity_.control_unit_serial.printable(ports_.control_unit_serial());
+    learnt_.control_unit_serial = {};
+    learnt_.control_unit_serial.printable(ports_.control_unit_serial());
   }
-  identity_.tool_count = 0;
+  learnt_.tool_count = 0;
   for (const FoundCoil& coil : ports_.found()) {
-    const auto tools = std::span(identity_.tools).first(static_cast<std::size_t>(identity_.tool_count));
+    const auto tools = std::span(learnt_.tools).first(static_cast<std::size_t>(learnt_.tool_count));
     const bool known = std::any_of(tools.begin(), tools.end(),
                                    [&](const ToolIdentity& tool) { return tool.port == coil.plug.port; });
-    if (coil.serial_number != 0 && !known && identity_.tool_count < kMaxTrackerCoils) {
-      identity_.tools[static_cast<std::size_t>(identity_.tool_count++)] = {coil.plug.port, coil.serial_number,
-                                                                           coil.part_number};
+    if (coil.serial_number != 0 && !known && learnt_.tool_count < kMaxTrackerCoils) {
+      learnt_.tools[static_cast<std::size_t>(learnt_.tool_count++)] = {coil.plug.port, coil.serial_number,
+                                                                       coil.part_number};
     }
   }
 }
@@ -238,6 +238,7 @@ void Session::start_tracking() noexcept {
   std::array<std::uint8_t, kMaxHandles> found{};
   std::transform(ports_.found().begin(), ports_.found().end(), found.begin(),
                  [](const FoundCoil& coil) { return coil.handle; });
+  identity_ = learnt_;
   ++counts_.tracking_starts;
   exchange_.trace().note(exchange_.now(), "tracking");
   tracking_rate_ = baud_rate(exchange_.baud()).value_or(rates_.wanted());
