@@ -3,14 +3,22 @@
 #include <arpa/inet.h>
 #include <dds/ddsrt/log.h>
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <string_view>
 #include <utility>
+#include <vector>
+
+#include "idl/interface_filter.hpp"
 
 namespace tubed {
 namespace {
 
-constexpr int kLargestDomain = 230;  // the ports of larger ones are out of range, RTPS 2.2 Sec. 9.6.1.1
+// Ports of a domain, RTPS 2.2 Sec. 9.6.1.1; those of larger domains are out of range.
+constexpr int kLargestDomain = 230;
+constexpr int kFirstPort = 7400;
+constexpr int kPortsOfADomain = 250;
 
 /// Collects what Cyclone writes to its log while the object lives; its error codes alone say little.
 class CapturedLog {
@@ -62,14 +70,56 @@ std::string domain_configuration(const std::string& network_interface) {
          kRepairInTime + "</Internal></Domain></CycloneDDS>";
 }
 
+/// Descriptors of the sockets that Cyclone may have made for a domain: those it listens at have the domain's
+/// ports, those it sends from are bound to the address of the interface.
+std::vector<int> sockets_of(int domain) {
+  const int first = kFirstPort + kPortsOfADomain * domain;
+  std::vector<int> descriptors;
+  try {
+    for (const BoundUdpSocket& bound : bound_udp_sockets()) {
+      if (!bound.is_everywhere || (bound.port >= first && bound.port < first + kPortsOfADomain)) {
+        descriptors.push_back(bound.descriptor);
+      }
+    }
+  } catch (const std::runtime_error& error) {
+    throw DdsError(error.what());
+  }
+  return descriptors;
+}
+
+/// Cyclone makes its sockets together with the domain, and no other later.
+void close_to_other_interfaces(const std::string& network_interface, const std::vector<int>& before,
+                               const std::vector<int>& after) {
+  const AllowedInterfaces allowed = allowed_interfaces(network_interface);
+  std::vector<int> made;
+  std::set_difference(after.begin(), after.end(), before.begin(), before.end(), std::back_inserter(made));
+  if (made.empty()) {
+    throw std::runtime_error("they are not found in /proc/self/fd");
+  }
+  for (const int udp_socket : made) {
+    receive_only_from(udp_socket, allowed);
+  }
+}
+
 void configure_domain(int domain, const std::string& network_interface) {
   const std::string configuration = domain_configuration(network_interface);
   const CapturedLog log;
+  const std::vector<int> sockets_before = sockets_of(domain);
   const dds_entity_t created = dds_create_domain(static_cast<dds_domainid_t>(domain), configuration.c_str());
-  if (created < 0 && created != DDS_RETCODE_PRECONDITION_NOT_MET) {  // that one: configured already
+  if (created == DDS_RETCODE_PRECONDITION_NOT_MET) {  // configured already
+    return;
+  }
+  if (created < 0) {
     throw DdsError("cannot set up DDS domain " + std::to_string(domain) + " on network interface '" +
                    network_interface + "': " + dds_strretcode(created) + " (" + log.words() +
                    "). Check that `ip address` lists the interface and that it is up");
+  }
+  try {
+    close_to_other_interfaces(network_interface, sockets_before, sockets_of(domain));
+  } catch (const std::runtime_error& error) {
+    dds_delete(created);  // an open domain is worse than none
+    throw DdsError("cannot close the sockets of DDS domain " + std::to_string(domain) +
+                   " to all network interfaces but '" + network_interface + "': " + error.what());
   }
 }
 

@@ -47,7 +47,9 @@ void require_dds(dds_return_t code, const std::string& what);
 /// A participant in `domain` (0 .. 230) that uses only `network_interface` (a name such as "lo" or an
 /// address) and neither iceoryx nor the environment's CYCLONEDDS_URI. Domains belong to the process: the
 /// first participant of a domain decides its interface, and it stays configured until the process ends.
-/// Throws DdsError, e.g. when there is no such interface.
+/// Packets of other interfaces are dropped by the kernel from the return of the first call on; before that,
+/// for the milliseconds in which Cyclone makes its threads, its sockets are open. One call at a time. Throws
+/// DdsError, e.g. when there is no such interface or the sockets cannot be closed to the others.
 DdsEntity join_domain(int domain, const std::string& network_interface);
 
 }  // namespace tubed
