@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "clients/tubectl/doctor_checks.hpp"
+#include "clients/tubectl/doctor_network.hpp"
 #include "clients/tubectl/doctor_rivals.hpp"
 #include "clients/tubectl/doctor_tracker.hpp"
 #include "clients/tubectl/verbs.hpp"
@@ -86,6 +87,15 @@ std::vector<NamedFinding> look_for_rivals(const DoctorArguments& arguments) {
   }
 }
 
+/// Of what runs, and of the defaults when the configuration cannot be read: that is said already.
+std::vector<NamedFinding> look_at_network(const Machine& machine) {
+  try {
+    return examine_network(machine, load_configuration(machine.configuration).dds.network_interface);
+  } catch (const std::exception&) {
+    return examine_network(machine, DdsSettings{}.network_interface);
+  }
+}
+
 int run_doctor(const DoctorArguments& arguments) {
   const Machine machine = this_machine(arguments.configuration);
   nlohmann::json report = nlohmann::json::array();
@@ -103,6 +113,9 @@ int run_doctor(const DoctorArguments& arguments) {
   };
   for (const DoctorCheck& check : doctor_checks()) {
     tell(check.name, check.look(machine));
+  }
+  for (const NamedFinding& one : look_at_network(machine)) {
+    tell(one.name, one.finding);
   }
   const TrackerExamination tracker = look_at_tracker(arguments);
   for (const NamedFinding& one : tracker.findings) {
