@@ -140,6 +140,26 @@ def it_has_no_rights_it_does_not_need():
         expect(found == value, f"{name} is {found}, expected {value}")
 
 
+def permits(directive, action):
+    """Whether Python may do that in a unit with this directive."""
+    return command("systemd-run", "--wait", "--pipe", "-q", "-p", directive, sys.executable, "-c", f"import socket\n{action}").returncode == 0
+
+
+def its_network_is_this_host():
+    """What the unit asks for; and, since systemd says nothing when it cannot, what of it this machine enforces."""
+    # systemd 252 shows ipv4:udp as "ipv4:udpany".
+    for name, values in (("RestrictNetworkInterfaces", {"lo"}), ("SocketBindDeny", {"any"}), ("SocketBindAllow", {"ipv4:udp", "ipv4:udpany"}),
+                         ("IPAddressAllow", {"127.0.0.0/8", "::1/128"})):
+        found = set(shown(name).split())
+        expect(found and found <= values, f"{name} is {found}, expected {values}")
+    send = "socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', ('127.0.0.1', 5555))"
+    listen = "socket.socket().bind(('127.0.0.1', 5555))"
+    expect(permits("IPAddressAllow=any", send) and permits("SocketBindAllow=any", listen), "nothing can be judged here")
+    ignored = [directive for directive, action in (("RestrictNetworkInterfaces=~lo", send), ("SocketBindDeny=any", listen),
+                                                   ("IPAddressDeny=any", send)) if permits(directive, action)]
+    return f"asked for; silently ignored by this machine's systemd: {' '.join(ignored) or 'nothing'}"
+
+
 def a_good_reload_changes_the_log_level_and_nothing_else():
     pid, since = main_pid(), time.time()
     change("log_level", '"debug"')
@@ -369,7 +389,7 @@ def a_wrong_configuration_is_one_clear_line_and_no_restart():
 
 
 CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a_subscriber_gets_valid_shapes_at_30_hz,
-          its_threads_have_their_priorities, its_memory_is_locked, it_has_no_rights_it_does_not_need,
+          its_threads_have_their_priorities, its_memory_is_locked, it_has_no_rights_it_does_not_need, its_network_is_this_host,
           a_good_reload_changes_the_log_level_and_nothing_else, a_bad_reload_keeps_what_runs_and_says_so,
           a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
           a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
