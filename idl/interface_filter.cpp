@@ -130,8 +130,8 @@ void receive_only_from(int udp_socket, const AllowedInterfaces& allowed) {
   const sock_fprog program{.len = static_cast<unsigned short>(instructions.size()),
                            .filter = instructions.data()};
   if (setsockopt(udp_socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0) {
-    throw std::runtime_error(std::string("the kernel refuses a packet filter (SO_ATTACH_FILTER): ") +
-                             std::strerror(errno));
+    throw std::runtime_error(std::string("the kernel refuses a packet filter (SO_ATTACH_FILTER: ") +
+                             std::strerror(errno) + "); let this process's sandbox allow setsockopt");
   }
 }
 
