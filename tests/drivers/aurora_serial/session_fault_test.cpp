@@ -27,7 +27,7 @@ constexpr FaultCase kCases[] = {
     {Fault::kCrc, 1.6, 4},      {Fault::kHeaderCrc, 1.6, 4}, {Fault::kLength, 2.4, 6},
     {Fault::kTruncate, 2.6, 6}, {Fault::kDrop, 2.6, 6},      {Fault::kGarbage, 0.1, 1},
     {Fault::kNoReply, 2.6, 6},  {Fault::kError, 0.1, 1},     {Fault::kDuplicate, 0.3, 2},
-    {Fault::kStale, 1, 3, 4},  {Fault::kDelay, 6, 12},      {Fault::kSplit, 0.4, 2},
+    {Fault::kStale, 1, 3, 4},   {Fault::kDelay, 6, 12},      {Fault::kSplit, 0.4, 2},
 };
 
 /// Tracking replies of each case; TUBED_FAULT_REPLIES=1000000 for the table of drivers/aurora/README.md.
