@@ -30,6 +30,8 @@ void FrameClock::observe(std::uint64_t measurement, std::optional<MonotonicTime>
   Segment& segment = segments_[count_ - 1];
   tighten(segment, {.earliest = {}, .latest = {0, 0, true}});
   if (!find_periods()) {
+    ++contradictions_;
+    disbelieved_ = 0;
     forget_earliest();
     find_periods();
   }
@@ -59,10 +61,22 @@ void FrameClock::not_there(std::uint64_t measurement, MonotonicTime asked) noexc
   }
   segment.earliest = before;
   ++contradictions_;
-  if (++disbelieved_ >= kMostDisbelieved) {
+  ++disbelieved_;
+  if (disbelieved_ % kDisbelievedUntilForgotten == 0) {
+    // What is said again and again is newer than what it contradicts.
+    forget_earliest();
+    tighten(segment,
+            {.earliest = {n, static_cast<double>((asked - base_time_).count()), true}, .latest = {}});
+    if (find_periods()) {
+      disbelieved_ = 0;
+      return;
+    }
+    segment.earliest.known = false;
+  }
+  if (disbelieved_ >= kMaxDisbelieved) {
     least_allowed_ns_ = kLeastPeriodNs;
     most_allowed_ns_ = kMostPeriodNs;
-    forget_earliest();
+    disbelieved_ = 0;
   }
   find_periods();
 }
@@ -146,11 +160,10 @@ bool FrameClock::find_periods() noexcept {
 }
 
 // That a measurement has arrived cannot be wrong; that the next one was not there can be, when the reply
-// belonged to an earlier question. So a lower bound that contradicts the others is not taken; when the upper
-// bounds contradict what was taken, or all new ones do, the lower bounds begin anew.
+// belonged to an earlier question or was an old one. So a lower bound that contradicts the others is not
+// taken; when the upper bounds contradict what was taken, or some new ones in a row do, the lower bounds
+// begin anew.
 void FrameClock::forget_earliest() noexcept {
-  ++contradictions_;
-  disbelieved_ = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     segments_[i].earliest.known = false;
   }

@@ -97,7 +97,9 @@ class FrameClock {
   double most_allowed_ns_ = kMostPeriodNs;
   double least_period_ns_ = kLeastPeriodNs;
   double most_period_ns_ = kMostPeriodNs;
-  static constexpr int kMostDisbelieved = 40;
+  static constexpr int kDisbelievedUntilForgotten = 4;
+  static constexpr int kMaxDisbelieved =
+      40;                ///< then the period that was learnt is no longer believed either
   int disbelieved_ = 0;  ///< lower bounds not taken, in a row
   std::uint64_t contradictions_ = 0;
 };
