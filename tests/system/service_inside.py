@@ -165,9 +165,9 @@ def a_good_reload_changes_the_log_level_and_nothing_else():
     change("log_level", '"debug"')
     change("rate_hz", "25.0")
     reloaded = command("systemctl", "reload", UNIT)
-    change("rate_hz", "30.0")
     expect(reloaded.returncode == 0, f"reload: {reloaded.stderr}")
     wait_until(lambda: "reload: done" in journal(since), "reloaded", 3)
+    change("rate_hz", "30.0")  # only now: the daemon reads the file when it has the signal
     expect("daemon.rate_hz differs from what runs: takes effect with a restart" in journal(since), journal(since))
     expect(main_pid() == pid, "a reload restarted the daemon")
 
