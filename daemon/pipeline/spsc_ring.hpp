@@ -13,6 +13,16 @@ namespace tubed {
 template <typename T, std::size_t Capacity>
 class SpscRing {
  public:
+  /// Touches every slot, one more than Capacity: under a lock of memory on first use a slot that nobody wrote
+  /// yet costs the producer a page fault, here for the first 6.4 s of 40 measurements a second.
+  SpscRing() {
+    T value{};
+    for (std::size_t slot = 0; slot <= Capacity; ++slot) {
+      queue_.push(value);
+      queue_.pop(value);
+    }
+  }
+
   /// Producer. False (and counted) when there is no room.
   bool push(const T& value) {
     if (queue_.push(value)) {
