@@ -41,7 +41,8 @@ struct TubeNews {
   /// Null unless event is kEstimate, so that an old shape cannot be mistaken for a new one.
   /// Points into the subscriber, until its next call.
   const TubeSample* sample = nullptr;
-  std::string_view instrument_id{};  ///< whom it is about; empty with kTimeout. Until the next call.
+  std::string_view
+      instrument_id{};  ///< the instrument it is about; empty with kTimeout. Until the next call.
   /// With kRivalSeen: who it is, as far as DDS tells: "tubed, process 4711 on host or-3, DDS writer 0110...".
   /// Until the next call.
   std::string_view rival{};

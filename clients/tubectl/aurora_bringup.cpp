@@ -159,9 +159,9 @@ void AuroraBringup::free_stale_handles() {
 }
 
 void AuroraBringup::initialise_ports() {
-  constexpr int kMostRounds = 4;
+  constexpr int kMaxRounds = 4;
   bool is_done = false;
-  for (int round = 0; round < kMostRounds && !is_done; ++round) {
+  for (int round = 0; round < kMaxRounds && !is_done; ++round) {
     is_done = true;
     for (const std::uint8_t handle : list(HandleQuery::kToBeInitialised)) {
       if (failed_.contains(handle)) {

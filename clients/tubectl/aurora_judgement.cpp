@@ -53,16 +53,16 @@ std::string quoted(std::string_view bytes, std::size_t max_size) {
 }
 
 std::string quoted(const WireMeasurement& measurement) {
-  constexpr std::size_t kMostHandles = 4;
+  constexpr std::size_t kMaxShownHandles = 4;
   std::string text;
-  for (std::size_t i = 0; i < measurement.readings.size() && i < kMostHandles; ++i) {
+  for (std::size_t i = 0; i < measurement.readings.size() && i < kMaxShownHandles; ++i) {
     const aurora::HandleReading& reading = measurement.readings[i];
     const bool has_frame =
         reading.report != aurora::Report::kDisabled && reading.report != aurora::Report::kUnoccupied;
     text += hex(reading.handle, 2) + " " + std::string(name_of(reading.report)) +
             (has_frame ? " " + hex(reading.frame, 8) : "") + ", ";
   }
-  const bool is_cut = measurement.readings.size() > kMostHandles;
+  const bool is_cut = measurement.readings.size() > kMaxShownHandles;
   return (is_cut ? text + "..., " : text) + "status " + hex(measurement.system_status.bits, 4);
 }
 
