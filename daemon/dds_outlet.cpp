@@ -7,6 +7,7 @@
 #include "daemon/log.hpp"
 #include "daemon/pipeline/latency_histogram.hpp"
 #include "daemon/publishing/tracker_words.hpp"
+#include "idl/cyclone_log.hpp"
 
 namespace tubed {
 
@@ -180,8 +181,23 @@ void DdsOutlet::publish_status(const PipelineStatus& status) {
   }
 }
 
+/// Counted by Cyclone's threads and writers, which are no stages.
+StageReport DdsOutlet::dds_report() const {
+  const PublishCounters& written = publisher_.counters();
+  StageReport report;
+  report.state = StageState::kRunning;
+  report.steps = written.written + written.timed_out + written.failed;
+  report.outputs = written.written;
+  report.dropped = written.timed_out + written.failed;
+  report.refused = cyclone_log_counters().malformed_packets;
+  return report;
+}
+
 void DdsOutlet::publish_health(std::span<const NamedReport> reports) {
   gather(reports);
+  if (stages_.size() < static_cast<std::size_t>(kMaxStages)) {
+    stages_.push_back({"dds", dds_report()});
+  }
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
       instruments_[i].health.allocations_counted[stage] = stages_[stage].report.costs_counted;

@@ -30,6 +30,7 @@ class DdsOutlet final : public Outlet {
   /// Writes the identity of every instrument again.
   void publish_tracker(const TrackerIdentity& tracker) override;
   void publish_status(const PipelineStatus& status) override;
+  /// With "dds" among the stages: samples written and refused, packets that Cyclone could not read.
   void publish_health(std::span<const NamedReport> reports) override;
   void log_stage(const NamedReport& report) override;
   void log_validity(std::uint32_t instrument, const InstrumentStatus& status) override;
@@ -41,6 +42,7 @@ class DdsOutlet final : public Outlet {
   };
 
   void gather(std::span<const NamedReport> reports);
+  [[nodiscard]] StageReport dds_report() const;
 
   const Configuration& configuration_;
   std::vector<TubeIdentityValues> identities_;

@@ -7,32 +7,16 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <utility>
 
+#include "idl/printable_text.hpp"
+
 namespace tubed {
 
 namespace {
-
-// spdlog hands on one text: words, then fields, each behind this byte (ASCII's unit separator).
-constexpr char kSeparator = '\x1f';
-
-std::string_view words_of(std::string_view text) { return text.substr(0, text.find(kSeparator)); }
-
-std::vector<JournalField> fields_of(std::string_view text) {
-  std::vector<JournalField> fields;
-  for (std::size_t at = text.find(kSeparator); at != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find(kSeparator, at + 1), text.size());
-    const std::string_view field = text.substr(at + 1, end - at - 1);
-    const std::size_t equals = std::min(field.find('='), field.size() - 1);
-    fields.push_back({field.substr(0, equals), field.substr(equals + 1)});
-    at = end == text.size() ? std::string_view::npos : end;
-  }
-  return fields;
-}
 
 int priority_of(spdlog::level::level_enum level) {
   switch (level) {
@@ -50,17 +34,27 @@ int priority_of(spdlog::level::level_enum level) {
   }
 }
 
-/// Called by spdlog's thread alone.
+std::string_view words_of(const spdlog::details::log_msg& message) {
+  return {message.payload.data(), message.payload.size()};
+}
+
+/// What comes through spdlog is sent by spdlog's thread; send() may be called by any thread, and never waits.
 class JournalSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit JournalSink(JournalSocket socket) : socket_(std::move(socket)) {}
 
+  /// False when the journal did not take it.
+  bool send(spdlog::level::level_enum level, std::string_view words,
+            const std::vector<JournalField>& fields) {
+    return socket_.send(journal_entry(priority_of(level), words, fields));
+  }
+
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    const std::string_view text(message.payload.data(), message.payload.size());
-    if (!socket_.send(journal_entry(priority_of(message.level), words_of(text), fields_of(text)))) {
+    const std::string words = printable_text(words_of(message));
+    if (!send(message.level, words, {})) {
       // Standard error ends in the journal too, by another way.
-      static_cast<void>(!write(STDERR_FILENO, text.data(), words_of(text).size()));
+      static_cast<void>(!write(STDERR_FILENO, words.data(), words.size()));
       static_cast<void>(!write(STDERR_FILENO, "\n", 1));
     }
   }
@@ -70,16 +64,16 @@ class JournalSink final : public spdlog::sinks::base_sink<std::mutex> {
   JournalSocket socket_;
 };
 
-/// The words of a text with fields.
-class WordsOnly final : public spdlog::custom_flag_formatter {
+/// The words of a line as they may be shown.
+class PrintableWords final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
               spdlog::memory_buf_t& line) override {
-    const std::string_view words = words_of({message.payload.data(), message.payload.size()});
+    const std::string words = printable_text(words_of(message));
     line.append(words.data(), words.data() + words.size());
   }
   [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
-    return std::make_unique<WordsOnly>();
+    return std::make_unique<PrintableWords>();
   }
 };
 
@@ -89,7 +83,7 @@ spdlog::sink_ptr sink_for_this_process() {
   }
   auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
   auto formatter = std::make_unique<spdlog::pattern_formatter>();
-  formatter->add_flag<WordsOnly>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %*");
+  formatter->add_flag<PrintableWords>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %*");
   sink->set_formatter(std::move(formatter));
   return sink;
 }
@@ -105,14 +99,23 @@ void start_logging(const std::string& level) {
   spdlog::flush_on(spdlog::level::warn);
 }
 
+// The journal takes fields as they are, and at once: only words go through spdlog's queue.
 void log_with_fields(spdlog::level::level_enum level, std::string_view words,
                      const std::vector<JournalField>& fields) {
-  std::string text(words);
-  for (const JournalField& field : fields) {
-    text += kSeparator;
-    text.append(field.name).append("=").append(field.value);
+  spdlog::logger& logger = *spdlog::default_logger_raw();
+  if (!logger.should_log(level)) {
+    return;
   }
-  spdlog::log(level, spdlog::string_view_t(text));
+  std::vector<std::string> values;
+  std::vector<JournalField> printable;
+  values.reserve(fields.size());
+  for (const JournalField& field : fields) {
+    printable.push_back({field.name, values.emplace_back(printable_text(field.value))});
+  }
+  auto* journal = dynamic_cast<JournalSink*>(logger.sinks().front().get());
+  if (journal == nullptr || !journal->send(level, printable_text(words), printable)) {
+    logger.log(level, spdlog::string_view_t(words.data(), words.size()));
+  }
 }
 
 }  // namespace tubed

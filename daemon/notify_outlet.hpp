@@ -6,6 +6,7 @@
 
 #include "daemon/config/configuration.hpp"
 #include "daemon/forwarding_outlet.hpp"
+#include "daemon/publishing/start_back_off.hpp"
 #include "daemon/publishing/systemd_notify.hpp"
 
 namespace tubed {
@@ -15,16 +16,19 @@ namespace tubed {
 /// come from the publisher thread.
 class NotifyOutlet final : public ForwardingOutlet {
  public:
-  /// All three outlive this object.
-  NotifyOutlet(const Configuration& configuration, SystemdNotify& notify, Outlet& next);
+  /// All four outlive this object. `back_off`: of this start, which has succeeded when all have left once.
+  NotifyOutlet(const Configuration& configuration, SystemdNotify& notify, const StartBackOff& back_off,
+               Outlet& next);
 
   bool publish(const TubeEstimate& estimate) override;
   void publish_status(const PipelineStatus& status) override;
 
  private:
   SystemdNotify& notify_;
+  const StartBackOff& back_off_;
   std::vector<std::string> instruments_;
   std::vector<bool> has_left_;  ///< since the watchdog was last told
+  bool has_started_ = false;    ///< all have left once
 };
 
 }  // namespace tubed

@@ -17,11 +17,19 @@ std::vector<std::string> instrument_ids(const Configuration& configuration) {
 }  // namespace
 
 ShmOutlet::ShmOutlet(const Configuration& configuration, std::uint64_t daemon_start, Outlet& next)
-    : ForwardingOutlet(next), publisher_(configuration.shm, instrument_ids(configuration), daemon_start) {}
+    : ForwardingOutlet(next),
+      publisher_(configuration.shm, instrument_ids(configuration), daemon_start),
+      wake_stage_(publisher_),
+      wake_thread_("shm-wake", wake_stage_, ThreadSettings{}) {
+  wake_thread_.start();  // default scheduling: nothing that could be refused
+}
 
 bool ShmOutlet::publish(const TubeEstimate& estimate) {
-  publisher_.publish(estimate);  // first: it takes microseconds, a write to DDS a hundred
-  return ForwardingOutlet::publish(estimate);
+  const bool is_written = ForwardingOutlet::publish(estimate);
+  if (publisher_.publish(estimate)) {
+    wake_stage_.wake();
+  }
+  return is_written;
 }
 
 void ShmOutlet::publish_health(std::span<const NamedReport> reports) {
@@ -32,7 +40,14 @@ void ShmOutlet::publish_health(std::span<const NamedReport> reports) {
                  counters.admitted, counters.refused, counters.throttled);
     logged_ = counters;
   }
-  ForwardingOutlet::publish_health(reports);
+  door_.state = StageState::kRunning;
+  door_.steps = counters.admitted + counters.refused + counters.throttled;
+  door_.outputs = counters.admitted;
+  door_.refused = counters.refused;
+  door_.dropped = counters.throttled;
+  reports_.assign(reports.begin(), reports.end());
+  reports_.push_back({"shm-door", &door_});
+  ForwardingOutlet::publish_health(reports_);
 }
 
 }  // namespace tubed

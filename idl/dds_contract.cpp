@@ -23,7 +23,7 @@ constexpr dds_duration_t duration(std::chrono::milliseconds value) {
 /// What writer and reader must agree on.
 DdsQos common_qos(const TopicContract& topic) {
   DdsQos qos(dds_create_qos());
-  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, duration(kLongestWrite));
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, duration(kMaxWrite));
   dds_qset_durability(qos.get(), topic.durability);
   if (topic.deadline > kNone) {
     dds_qset_deadline(qos.get(), duration(topic.deadline));
@@ -69,6 +69,10 @@ const TopicContract& contract_of<tubed_TubeIdentity>() {
 template <>
 const TopicContract& contract_of<tubed_TubeHealth>() {
   return kTubeHealth;
+}
+
+std::vector<std::string> topic_names() {
+  return {kTubeEstimate.name, kEmSamples.name, kTubeStatus.name, kTubeIdentity.name, kTubeHealth.name};
 }
 
 DdsEntity make_writer(const DdsEntity& participant, const TopicContract& topic,

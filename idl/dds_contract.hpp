@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "EmSamples.h"
 #include "TubeEstimate.h"
@@ -18,7 +19,7 @@ inline constexpr std::chrono::milliseconds kEstimateDeadline{100};    ///< an es
 inline constexpr std::chrono::milliseconds kEstimateLiveliness{250};  ///< silence that means: hung or dead
 inline constexpr std::chrono::milliseconds kEstimateLifespan{200};    ///< older ones are not delivered
 inline constexpr std::chrono::milliseconds kEmLifespan{1000};
-inline constexpr std::chrono::milliseconds kLongestWrite{2};  ///< a writer gives up rather than wait longer
+inline constexpr std::chrono::milliseconds kMaxWrite{2};  ///< a writer gives up rather than wait longer
 
 /// What distinguishes one topic from another; zero durations mean "none".
 struct TopicContract {
@@ -44,6 +45,9 @@ template <>
 const TopicContract& contract_of<tubed_TubeIdentity>();
 template <>
 const TopicContract& contract_of<tubed_TubeHealth>();
+
+/// The names of all of them: what keys are made for.
+std::vector<std::string> topic_names();
 
 /// Writer of a topic in `partition` (empty: the default partition), data representation XCDR1.
 /// Throws DdsError. The topic entity belongs to the participant.

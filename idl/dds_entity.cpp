@@ -1,40 +1,25 @@
 #include "idl/dds_entity.hpp"
 
 #include <arpa/inet.h>
-#include <dds/ddsrt/log.h>
 
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <mutex>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "idl/cyclone_log.hpp"
 #include "idl/interface_filter.hpp"
 
 namespace tubed {
 namespace {
 
 // Ports of a domain, RTPS 2.2 Sec. 9.6.1.1; those of larger domains are out of range.
-constexpr int kLargestDomain = 230;
+constexpr int kMaxDomain = 230;
 constexpr int kFirstPort = 7400;
 constexpr int kPortsOfADomain = 250;
-
-/// Collects what Cyclone writes to its log while the object lives; its error codes alone say little.
-class CapturedLog {
- public:
-  CapturedLog() { dds_set_log_sink(append, &words_); }
-  ~CapturedLog() { dds_set_log_sink(nullptr, nullptr); }
-  CapturedLog(const CapturedLog&) = delete;
-  CapturedLog& operator=(const CapturedLog&) = delete;
-  [[nodiscard]] const std::string& words() const { return words_; }
-
- private:
-  static void append(void* words, const dds_log_data_t* line) {
-    static_cast<std::string*>(words)->append(line->message, line->size);
-  }
-  std::string words_;
-};
 
 bool is_address(const std::string& text) {
   std::array<unsigned char, sizeof(in6_addr)> parsed{};
@@ -59,12 +44,14 @@ constexpr const char* kRepairInTime =
     "<HeartbeatInterval min=\"5 ms\" minsched=\"5 ms\" max=\"1 s\">10 ms</HeartbeatInterval>"
     "<NackDelay>0 ms</NackDelay>";
 
-std::string domain_configuration(const std::string& network_interface) {
+std::string domain_configuration(int domain, const std::string& network_interface) {
   // Without multicast (lo has none) participants find each other by trying ports in turn, 10 by default.
   const std::string peers = network_interface == "lo" ? "<Peers><Peer address=\"127.0.0.1\"/></Peers>" : "";
   return "<CycloneDDS><Domain><General><Interfaces>" + interface_element(network_interface) +
          "</Interfaces></General><SharedMemory><Enable>false</Enable></SharedMemory>"
-         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+         "<Discovery><ExternalDomainId>" +
+         std::to_string(domain) +
+         "</ExternalDomainId><ParticipantIndex>auto</ParticipantIndex>"
          "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>" +
          peers + "</Discovery><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>" +
          kRepairInTime + "</Internal></Domain></CycloneDDS>";
@@ -101,13 +88,15 @@ void close_to_other_interfaces(const std::string& network_interface, const std::
   }
 }
 
-void configure_domain(int domain, const std::string& network_interface) {
-  const std::string configuration = domain_configuration(network_interface);
-  const CapturedLog log;
+/// The domain `local_id` of this process, which on the network is `domain`; none when it is configured
+/// already.
+DdsEntity configure_domain(dds_domainid_t local_id, int domain, const std::string& network_interface) {
+  const std::string configuration = domain_configuration(domain, network_interface);
+  const CapturedCycloneLog log;
   const std::vector<int> sockets_before = sockets_of(domain);
-  const dds_entity_t created = dds_create_domain(static_cast<dds_domainid_t>(domain), configuration.c_str());
-  if (created == DDS_RETCODE_PRECONDITION_NOT_MET) {  // configured already
-    return;
+  const dds_entity_t created = dds_create_domain(local_id, configuration.c_str());
+  if (created == DDS_RETCODE_PRECONDITION_NOT_MET) {
+    return {};
   }
   if (created < 0) {
     throw DdsError("cannot set up DDS domain " + std::to_string(domain) + " on network interface '" +
@@ -121,6 +110,33 @@ void configure_domain(int domain, const std::string& network_interface) {
     throw DdsError("cannot close the sockets of DDS domain " + std::to_string(domain) +
                    " to all network interfaces but '" + network_interface + "': " + error.what());
   }
+  return {created, "a DDS domain"};
+}
+
+DdsEntity participant_in(dds_domainid_t local_id, int domain, const dds_qos_t* qos) {
+  const std::string what = "a participant of DDS domain " + std::to_string(domain);
+  if (qos == nullptr) {
+    return {dds_create_participant(local_id, nullptr, nullptr), what};
+  }
+  const CapturedCycloneLog log;  // a code alone does not say which file of the keys it is
+  const dds_entity_t created = dds_create_participant(local_id, qos, nullptr);
+  if (created < 0) {
+    throw DdsError("cannot create " + what + " with DDS Security: " + dds_strretcode(created) + " (" +
+                   log.words() + ")");
+  }
+  return {created, what};
+}
+
+void require_domain(int domain) {
+  if (domain < 0 || domain > kMaxDomain) {
+    throw DdsError("DDS domain " + std::to_string(domain) + " is not in 0 .. " + std::to_string(kMaxDomain));
+  }
+}
+
+/// What finds new sockets and captures Cyclone's log looks at the whole process.
+std::mutex& one_at_a_time() {
+  static std::mutex mutex;
+  return mutex;
 }
 
 }  // namespace
@@ -144,18 +160,40 @@ DdsEntity& DdsEntity::operator=(DdsEntity&& other) noexcept {
 
 void require_dds(dds_return_t code, const std::string& what) {
   if (code < 0) {
-    throw DdsError("cannot " + what + ": " + dds_strretcode(code));
+    const char* const advice =
+        code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY
+            ? ": the permissions of these keys do not cover it; `tubectl keys show` says what they are for"
+            : "";
+    throw DdsError("cannot " + what + ": " + dds_strretcode(code) + advice);
   }
 }
 
-DdsEntity join_domain(int domain, const std::string& network_interface) {
-  if (domain < 0 || domain > kLargestDomain) {
-    throw DdsError("DDS domain " + std::to_string(domain) + " is not in 0 .. " +
-                   std::to_string(kLargestDomain));
-  }
-  configure_domain(domain, network_interface);
-  const dds_entity_t created = dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr);
-  return {created, "a participant of DDS domain " + std::to_string(domain)};
+DdsEntity join_domain(int domain, const std::string& network_interface, const dds_qos_t* participant_qos) {
+  require_domain(domain);
+  const std::scoped_lock lock(one_at_a_time());
+  const auto local_id = static_cast<dds_domainid_t>(domain);
+  configure_domain(local_id, domain, network_interface).release();  // it stays until the process ends
+  return participant_in(local_id, domain, participant_qos);
+}
+
+SeparateParticipant::SeparateParticipant(DdsEntity domain, DdsEntity participant)
+    : domain_(std::move(domain)), participant_(std::move(participant)) {}
+
+SeparateParticipant::~SeparateParticipant() {
+  if (domain_.get() == 0) return;
+  const std::scoped_lock lock(one_at_a_time());
+  participant_ = DdsEntity();
+  domain_ = DdsEntity();
+}
+
+SeparateParticipant join_domain_separately(int domain, const std::string& network_interface,
+                                           const dds_qos_t* participant_qos) {
+  require_domain(domain);
+  const std::scoped_lock lock(one_at_a_time());
+  static dds_domainid_t last_id = kMaxDomain;  // those that nobody can ask for
+  const dds_domainid_t local_id = ++last_id;
+  DdsEntity own_domain = configure_domain(local_id, domain, network_interface);
+  return {std::move(own_domain), participant_in(local_id, domain, participant_qos)};
 }
 
 }  // namespace tubed

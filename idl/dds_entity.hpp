@@ -31,6 +31,8 @@ class DdsEntity {
   DdsEntity& operator=(const DdsEntity&) = delete;
 
   [[nodiscard]] dds_entity_t get() const { return handle_; }
+  /// Nobody deletes it any more but the end of the process.
+  void release() { handle_ = 0; }
 
  private:
   dds_entity_t handle_ = 0;
@@ -48,8 +50,35 @@ void require_dds(dds_return_t code, const std::string& what);
 /// address) and neither iceoryx nor the environment's CYCLONEDDS_URI. Domains belong to the process: the
 /// first participant of a domain decides its interface, and it stays configured until the process ends.
 /// Packets of other interfaces are dropped by the kernel from the return of the first call on; before that,
-/// for the milliseconds in which Cyclone makes its threads, its sockets are open. One call at a time. Throws
+/// for the milliseconds in which Cyclone makes its threads, its sockets are open. Any thread. Throws
 /// DdsError, e.g. when there is no such interface or the sockets cannot be closed to the others.
-DdsEntity join_domain(int domain, const std::string& network_interface);
+/// `participant_qos` switches DDS Security on (dds_security.hpp); all participants of a process and domain
+/// have the same.
+DdsEntity join_domain(int domain, const std::string& network_interface,
+                      const dds_qos_t* participant_qos = nullptr);
+
+/// A participant that shares nothing with the others of this process: what Cyclone has remembered of other
+/// programs' writers, it does not know.
+class SeparateParticipant {
+ public:
+  /// `domain`: of this process, with threads and sockets of its own; `participant`: made in it.
+  SeparateParticipant(DdsEntity domain, DdsEntity participant);
+  /// Waits while another thread joins a domain: sockets that close meanwhile would be taken for its new ones.
+  ~SeparateParticipant();
+  SeparateParticipant(SeparateParticipant&&) noexcept = default;
+  SeparateParticipant& operator=(SeparateParticipant&&) = delete;
+  SeparateParticipant(const SeparateParticipant&) = delete;
+  SeparateParticipant& operator=(const SeparateParticipant&) = delete;
+
+  [[nodiscard]] const DdsEntity& participant() const { return participant_; }
+
+ private:
+  DdsEntity domain_;
+  DdsEntity participant_;
+};
+
+/// As join_domain(), in a domain of its own inside this process. Takes some milliseconds.
+SeparateParticipant join_domain_separately(int domain, const std::string& network_interface,
+                                           const dds_qos_t* participant_qos = nullptr);
 
 }  // namespace tubed

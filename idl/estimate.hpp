@@ -16,7 +16,7 @@ inline constexpr int kMaxCoefficients = 64;
 inline constexpr int kMaxCoils = 16;
 inline constexpr int kMaxCameras = 4;
 inline constexpr int kMaxInstruments = 8;
-inline constexpr int kMaxStages = 16;
+inline constexpr int kMaxStages = 24;
 inline constexpr int kMaxTools = 16;
 inline constexpr int kInstrumentIdLength = 64;
 
@@ -55,6 +55,9 @@ struct StageStamps {
   std::int64_t optimizer_finished_ns = 0;
 };
 
+/// In place of an age: there never was such a measurement, or there is no shape yet.
+inline constexpr std::int64_t kNoAge = -1;
+
 /// One shape of one instrument. Written by the estimator (shape, validity) and the optimizer stage (stamps).
 struct TubeEstimate {
   std::uint32_t instrument = 0;       ///< index in the configuration
@@ -66,9 +69,10 @@ struct TubeEstimate {
   bool is_image_instant = false;  ///< made because an image instant was due, not by the clock
   std::uint32_t image_frame = 0;  ///< the source's frame number of that image
   std::uint32_t em_frame = 0;     ///< the tracker's frame number of the newest measurement used
-  std::int64_t em_age_ns =
-      -1;  ///< age of the newest EM measurement used when the shape was made, -1 = never one
-  std::int64_t image_age_ns = -1;  ///< age of the newest image used when the shape was made, -1 = never one
+  /// valid_time_ns minus the time of the newest EM measurement, and of the newest image, that took part;
+  /// negative when it is younger than the shape's instant, kNoAge: never one.
+  std::int64_t em_age_ns = kNoAge;
+  std::int64_t image_age_ns = kNoAge;
   float radius_mm = 0;
   float length_mm = 0;           ///< arc length the points cover, from the tip
   float image_inlier_ratio = 0;  ///< share of the tube's lines in view that agree with it; 0 without image

@@ -272,8 +272,8 @@ bool ShmVisit::knock() {
   return true;
 }
 
-std::optional<int> ShmVisit::answer(int patience_ms) {
-  int left_ms = patience_ms;
+std::optional<int> ShmVisit::answer(int timeout_ms) {
+  int left_ms = timeout_ms;
   while (!is_waiting_ && !(is_waiting_ = knock())) {
     if (left_ms <= 0) {
       return {};
@@ -285,10 +285,10 @@ std::optional<int> ShmVisit::answer(int patience_ms) {
   return poll(&readable, 1, left_ms) > 0 ? std::optional<int>(take_answer(socket_, path_)) : std::nullopt;
 }
 
-int fetch_descriptor(const std::string& path, int patience_ms, const std::vector<uid_t>& trusted) {
-  const std::optional<int> descriptor = ShmVisit(path, trusted).answer(patience_ms);
+int fetch_descriptor(const std::string& path, int timeout_ms, const std::vector<uid_t>& trusted) {
+  const std::optional<int> descriptor = ShmVisit(path, trusted).answer(timeout_ms);
   if (!descriptor) {
-    throw ShmError("the writer at '" + path + "' does not answer within " + std::to_string(patience_ms) +
+    throw ShmError("the writer at '" + path + "' does not answer within " + std::to_string(timeout_ms) +
                    " ms; it hangs or others besiege it");
   }
   return *descriptor;

@@ -1,5 +1,5 @@
-// How a segment finds its readers: a Unix socket at which the writer hands out the descriptor to those who
-// may have it, and the reader's side of that.
+// How a segment finds its readers: a Unix socket at which the writer hands out the descriptor to admitted
+// readers, and the reader's side of that.
 #pragma once
 
 #include <sys/types.h>
@@ -25,8 +25,8 @@ struct ShmDoorCounters {
   std::uint64_t throttled = 0;  ///< came too often
 };
 
-/// The writer's side. Keeps nothing of a reader: the connection is closed when the descriptor is sent, and
-/// who floods it costs at most kAnswersAServing answers a call. One thread.
+/// The writer's side. Keeps nothing of a reader: the connection is closed when the descriptor is sent, and a
+/// flood of connections costs at most kAnswersAServing answers a call. One thread.
 class ShmDoor {
  public:
   static constexpr int kAnswersAServing = 16;
@@ -40,7 +40,7 @@ class ShmDoor {
   ShmDoor(const ShmDoor&) = delete;
   ShmDoor& operator=(const ShmDoor&) = delete;
 
-  /// Answers who waits, without waiting itself. Call it at least every 100 ms.
+  /// Answers waiting readers, without waiting itself. Call it at least every 100 ms.
   void serve(int descriptor, std::int64_t now_ns) noexcept;
 
   [[nodiscard]] const ShmDoorCounters& counters() const { return counters_; }
@@ -75,8 +75,8 @@ class ShmVisit {
   ShmVisit& operator=(const ShmVisit&) = delete;
 
   /// The descriptor, which is the caller's from then on; nothing when the writer does not answer within
-  /// `patience_ms`. Throws ShmError: refused, no writer of tubed's.
-  std::optional<int> answer(int patience_ms);
+  /// `timeout_ms`. Throws ShmError: refused, no writer of tubed's.
+  std::optional<int> answer(int timeout_ms);
 
  private:
   bool knock();
@@ -87,7 +87,7 @@ class ShmVisit {
   bool is_waiting_ = false;  ///< connected; before that others fill the queue at the door
 };
 
-/// A visit that ends after `patience_ms`. Throws ShmError: as ShmVisit, or not answering.
-int fetch_descriptor(const std::string& path, int patience_ms, const std::vector<uid_t>& trusted);
+/// A visit that ends after `timeout_ms`. Throws ShmError: as ShmVisit, or not answering.
+int fetch_descriptor(const std::string& path, int timeout_ms, const std::vector<uid_t>& trusted);
 
 }  // namespace tubed

@@ -16,14 +16,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "idl/shm_estimate.h"
+
 #define TUBED_SHM_MAGIC 0x314d485344425554ULL /* "TUBDSHM1" as little-endian bytes */
 #define TUBED_SHM_LAYOUT_VERSION 1u
 #define TUBED_SHM_HEADER_BYTES 4096u
 #define TUBED_SHM_SILENCE_NS 200000000LL /* a heartbeat older than this: the writer hangs or is dead */
 
 enum tubed_shm_content { TUBED_SHM_ESTIMATES = 1, TUBED_SHM_IMAGES = 2 };
-#define TUBED_SHM_ESTIMATES_VERSION 1u
-#define TUBED_SHM_IMAGES_VERSION 1u
+#define TUBED_SHM_IMAGES_VERSION 2u        /* of what a writer writes; 1 had no geometry */
+#define TUBED_SHM_OLDEST_IMAGES_VERSION 1u /* that the daemon reads */
 
 enum tubed_shm_writer_state { TUBED_SHM_WRITING = 1, TUBED_SHM_ENDED = 2 };
 
@@ -62,6 +64,9 @@ struct tubed_shm_slot {
 /* Where an image comes from. Estimates made from anything but a device say so. */
 enum tubed_shm_origin { TUBED_SHM_DEVICE = 1, TUBED_SHM_SIMULATED = 2, TUBED_SHM_REPLAYED = 3 };
 
+/* Whether an image says how its view stood. */
+enum tubed_shm_geometry { TUBED_SHM_NO_GEOMETRY = 0, TUBED_SHM_GEOMETRY = 1 };
+
 /* Payload of a sample of images: this, then height rows of width pixels, no padding, 16 bit in host order. */
 struct tubed_shm_image {
   int64_t exposure_ns;          /* the middle of the exposure */
@@ -72,64 +77,26 @@ struct tubed_shm_image {
   uint32_t depth_bits;          /* 8 or 16 */
   uint32_t width;               /* px */
   uint32_t height;              /* px */
-  uint64_t reserved[11];        /* to 128 bytes: pixels begin on a cache line */
+  /* With TUBED_SHM_GEOMETRY, what holds for this image instead of the daemon's configuration: a C-arm that
+   * has turned, a table that has moved, a field of view that has changed. Camera frame: x right, y down, z
+   * along the view. The daemon refuses an image whose geometry cannot be, and says why. */
+  uint32_t geometry; /* enum tubed_shm_geometry */
+  float fx;          /* focal lengths, px */
+  float fy;
+  float cx; /* principal point, px; the centre of the first pixel is 0 */
+  float cy;
+  float q_camera_world[4]; /* w x y z, of length 1: p_camera = R(q) p_world + t */
+  float t_camera_world_mm[3];
+  /* Standard deviations of the pose; all 0: it is taken for exact. The true p_camera' = p_camera +
+   * w x (p_camera - (0, 0, pivot_depth_mm)) + v, the components of w and v along the camera's axes. */
+  float sigma_rotation_rad[3];   /* of w */
+  float sigma_translation_mm[3]; /* of v */
+  float pivot_depth_mm;          /* of a C-arm, whose angles err: its source-isocentre distance */
+  uint32_t reserved[3];          /* to 128 bytes: pixels begin on a cache line */
 };
 
-/* Payload of a sample of estimates: TubeEstimate as TubeEstimate.idl describes it, field by field. */
-struct tubed_shm_point {
-  double p_world_mm[3];
-  float tangent_world[3];  /* unit vector toward the tip */
-  float covariance_mm2[6]; /* xx xy xz yy yz zz */
-};
-
-struct tubed_shm_coil {
-  uint32_t state; /* 0 missing 1 used 2 out of volume 3 disabled 4 outlier 5 stuck */
-  float offset_from_tip_mm;
-  float position_mm; /* NaN: the coil gave nothing */
-  float angle_rad;
-};
-
-struct tubed_shm_stamps { /* CLOCK_MONOTONIC; 0: took no part */
-  int64_t exposure_monotonic_ns;
-  int64_t image_grabbed_monotonic_ns;
-  int64_t frangi_started_monotonic_ns;
-  int64_t frangi_finished_monotonic_ns;
-  int64_t em_measured_monotonic_ns;
-  int64_t em_received_monotonic_ns;
-  int64_t optimizer_started_monotonic_ns;
-  int64_t optimizer_finished_monotonic_ns;
-  int64_t publish_started_monotonic_ns;
-};
-
-struct tubed_shm_estimate {
-  char instrument_id[65];
-  uint64_t sequence_number;
-  uint64_t daemon_start;
-  int64_t valid_time_ns; /* CLOCK_REALTIME */
-  int64_t valid_time_monotonic_ns;
-  int64_t publish_time_ns; /* CLOCK_REALTIME */
-  uint32_t validity;       /* 0 NOT_AVAILABLE 1 VALID 2 QUESTIONABLE 3 INVALID */
-  uint32_t reasons;        /* bit mask, REASON_... of TubeEstimate.idl */
-  bool has_image;
-  bool is_image_instant;
-  uint32_t image_frame;
-  uint32_t em_frame;
-  int64_t em_age_ns;
-  int64_t image_age_ns;
-  float radius_mm;
-  float length_mm;
-  float image_inlier_ratio;
-  float in_view_ratio;
-  uint32_t iterations;
-  uint32_t point_count;
-  struct tubed_shm_point points[128]; /* tip first, uniform in arc length from 0 to length_mm */
-  uint32_t coefficient_count;
-  float coefficient_spacing_mm;
-  double coefficients_mm[64][3];
-  uint32_t coil_count;
-  struct tubed_shm_coil coils[16];
-  struct tubed_shm_stamps stamps;
-};
+/* Payload of a sample of estimates: struct tubed_shm_estimate of shm_estimate.h, TubeEstimate.idl field by
+ * field. */
 
 /* What the writer answers on its socket (SOCK_SEQPACKET); with TUBED_SHM_WELCOME comes the descriptor
  * (SCM_RIGHTS). */

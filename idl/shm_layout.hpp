@@ -41,6 +41,7 @@ struct ShmGeometry {
 inline constexpr std::uint32_t kShmFewestSlots = 2;
 inline constexpr std::uint32_t kShmMostSlots = 1024;
 inline constexpr std::uint64_t kShmMostPayloadBytes = std::uint64_t{1} << 28U;
+inline constexpr std::uint64_t kShmMostSegmentBytes = std::uint64_t{1} << 30U;  ///< unless a reader says less
 
 static_assert(sizeof(tubed_shm_header) == 320 && sizeof(tubed_shm_header) <= TUBED_SHM_HEADER_BYTES);
 static_assert(offsetof(tubed_shm_header, magic) == 0);
@@ -72,6 +73,14 @@ static_assert(offsetof(tubed_shm_image, fluoroscopy_on) == 24);
 static_assert(offsetof(tubed_shm_image, depth_bits) == 28);
 static_assert(offsetof(tubed_shm_image, width) == 32);
 static_assert(offsetof(tubed_shm_image, height) == 36);
+static_assert(offsetof(tubed_shm_image, geometry) == 40);
+static_assert(offsetof(tubed_shm_image, fx) == 44);
+static_assert(offsetof(tubed_shm_image, cy) == 56);
+static_assert(offsetof(tubed_shm_image, q_camera_world) == 60);
+static_assert(offsetof(tubed_shm_image, t_camera_world_mm) == 76);
+static_assert(offsetof(tubed_shm_image, sigma_rotation_rad) == 88);
+static_assert(offsetof(tubed_shm_image, sigma_translation_mm) == 100);
+static_assert(offsetof(tubed_shm_image, pivot_depth_mm) == 112);
 
 static_assert(sizeof(tubed_shm_point) == 64 && sizeof(tubed_shm_coil) == 16 &&
               sizeof(tubed_shm_stamps) == 72);

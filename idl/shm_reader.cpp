@@ -21,14 +21,17 @@ std::int64_t difference(std::int64_t later, std::int64_t earlier) {
 }  // namespace
 
 ShmReader::ShmReader(const ShmReaderSettings& settings)
-    : ShmReader(fetch_descriptor(settings.path, settings.patience_ms, settings.trusted), settings) {}
+    : ShmReader(fetch_descriptor(settings.path, settings.timeout_ms, settings.trusted), settings) {}
 
 ShmReader::ShmReader(int descriptor, const ShmReaderSettings& settings)
-    : segment_(ShmSegment::adopt(descriptor)),
+    : segment_(ShmSegment::adopt(descriptor, settings.max_segment_bytes)),
       ring_(segment_.memory(), segment_.bytes()),
       taken_(ring_.newest()) {
   const ShmIdentity& identity = ring_.identity();
-  if (identity.content != settings.content || identity.content_version != settings.content_version) {
+  const std::uint32_t oldest =
+      settings.oldest_content_version > 0 ? settings.oldest_content_version : settings.content_version;
+  if (identity.content != settings.content || identity.content_version > settings.content_version ||
+      identity.content_version < oldest) {
     throw ShmError("the writer at '" + settings.path + "' publishes " +
                    content_words(identity.content, identity.content_version) + ", expected " +
                    content_words(settings.content, settings.content_version));
@@ -40,7 +43,8 @@ ShmNews ShmReader::news(std::int64_t now_ns) const noexcept {
     return ShmNews::kSample;
   }
   if (ring_.has_ended()) {
-    return ShmNews::kEnded;
+    // Once more: the last sample may have come between the two looks. tests/models/shm_wake.pml.
+    return ring_.newest() > taken_ ? ShmNews::kSample : ShmNews::kEnded;
   }
   const std::int64_t silence_ns = difference(now_ns, ring_.heartbeat_ns());
   // A heartbeat of the future is no sign of life either: it could never grow old.

@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <climits>
 #include <cstring>
 #include <ctime>
+
+#include "idl/shm_header.hpp"
 
 namespace tubed {
 
@@ -46,15 +47,8 @@ long futex(const std::uint32_t& word, int operation, std::uint32_t value, const 
   return syscall(SYS_futex, &word, operation, value, until, nullptr, FUTEX_BITSET_MATCH_ANY);
 }
 
-void check_geometry(const ShmGeometry& geometry) {
-  if (geometry.slot_count < kShmFewestSlots || geometry.slot_count > kShmMostSlots) {
-    throw ShmError("a shared memory ring has 2 to 1024 slots, not " + std::to_string(geometry.slot_count));
-  }
-  if (geometry.payload_bytes == 0 || geometry.payload_bytes > kShmMostPayloadBytes) {
-    throw ShmError("a sample in shared memory has 1 byte to 256 MiB, not " +
-                   std::to_string(geometry.payload_bytes));
-  }
-}
+// Of one call after a sample: beyond so many a reader is woken with the next one, or by its own time limit.
+constexpr int kMaxWokenInAll = 4096;
 
 }  // namespace
 
@@ -122,7 +116,8 @@ std::uint64_t ShmRingWriter::commit(std::size_t payload_bytes, std::int64_t now_
         std::memory_order_release);  // pairs with the acquire in ShmSample()
   store(header_.heartbeat_ns, now_ns, std::memory_order_release);
   store(header_.newest, number_, std::memory_order_release);  // pairs with newest()
-  wake_readers();
+  ring();
+  leaves_sleepers_ = wake_some() == kMaxWoken;
   return number_++;
 }
 
@@ -138,21 +133,38 @@ void ShmRingWriter::beat(std::int64_t now_ns) noexcept {
 
 void ShmRingWriter::end() noexcept {
   store(header_.writer_state, std::uint32_t{TUBED_SHM_ENDED}, std::memory_order_release);
-  wake_readers();
+  ring();
+  wake_sleepers();
 }
 
-void ShmRingWriter::wake_readers() noexcept {
-  // The writer alone changes the word. release: who sees the new count sees the news; pairs with the load in
-  // wait().
+void ShmRingWriter::ring() noexcept {
+  // The writer alone changes the word. release: a reader that sees the new count sees the new data; pairs
+  // with the load in wait().
   store(header_.wake, header_.wake + 1, std::memory_order_release);
-  futex(header_.wake, FUTEX_WAKE, INT_MAX, nullptr);  // no count of sleepers: readers cannot write one
 }
 
-ShmSample::ShmSample(const tubed_shm_slot* slot, std::uint64_t number, std::uint64_t most_bytes)
+int ShmRingWriter::wake_some() noexcept {
+  // No count of sleepers: readers cannot write one. Below 0 the kernel refuses the address: a bug, nobody
+  // sleeps.
+  return static_cast<int>(futex(header_.wake, FUTEX_WAKE, kMaxWoken, nullptr));
+}
+
+void ShmRingWriter::wake_sleepers() noexcept {
+  // In small portions: on a kernel that is not preempted inside a call, real-time threads of this CPU wait
+  // for its end. A reader that fell asleep after ring() has seen the new data, so that a portion that is not
+  // full is the last.
+  for (int woken = 0; woken < kMaxWokenInAll; woken += kMaxWoken) {
+    if (wake_some() < kMaxWoken) {
+      return;
+    }
+  }
+}
+
+ShmSample::ShmSample(const tubed_shm_slot* slot, std::uint64_t number, std::uint64_t max_bytes)
     : slot_(slot), number_(number) {
   // acquire pairs with commit(): all words of this sample, or of later ones, are visible from here on.
   was_complete_ = number != 0 && load(slot->sequence, std::memory_order_acquire) == 2 * number;
-  bytes_ = std::min(load(slot->payload_bytes, std::memory_order_acquire), most_bytes);
+  bytes_ = std::min(load(slot->payload_bytes, std::memory_order_acquire), max_bytes);
   published_ns_ = load(slot->published_ns, std::memory_order_acquire);
 }
 
@@ -181,23 +193,16 @@ bool ShmSample::whole() const noexcept {
 
 ShmRingReader::ShmRingReader(const std::byte* memory, std::size_t bytes)
     : header_(*reinterpret_cast<const tubed_shm_header*>(memory)), slots_(memory + TUBED_SHM_HEADER_BYTES) {
-  if (bytes < TUBED_SHM_HEADER_BYTES || header_.magic != TUBED_SHM_MAGIC) {
+  if (bytes < TUBED_SHM_HEADER_BYTES) {
     throw ShmError("the shared memory is none of tubed's");
   }
-  if (header_.layout_version != TUBED_SHM_LAYOUT_VERSION) {
-    throw ShmError("the writer lays shared memory out by version " + std::to_string(header_.layout_version) +
-                   ", this program knows " + std::to_string(TUBED_SHM_LAYOUT_VERSION) +
-                   ": install the same tubed for both");
-  }
-  // Loaded once: what is checked is what is kept, whatever the writer does meanwhile.
-  geometry_ = {load(header_.slot_count, std::memory_order_relaxed),
-               load(header_.payload_bytes, std::memory_order_relaxed)};
-  check_geometry(geometry_);
-  if (header_.slot_bytes != geometry_.slot_bytes() || bytes < geometry_.segment_bytes()) {
-    throw ShmError("the shared memory is smaller than its header says");
-  }
-  identity_ = {header_.content, header_.content_version,
-               std::string(header_.name, strnlen(header_.name, sizeof(header_.name))), header_.writer_start};
+  // The part that never changes, copied once: what is checked is what is kept, whatever the writer does
+  // meanwhile.
+  tubed_shm_header header{};
+  std::memcpy(&header, &header_, offsetof(tubed_shm_header, wake));
+  geometry_ = checked_geometry(header, bytes);
+  identity_ = {header.content, header.content_version,
+               std::string(header.name, strnlen(header.name, sizeof(header.name))), header.writer_start};
 }
 
 std::uint64_t ShmRingReader::newest() const noexcept {
@@ -223,11 +228,11 @@ void ShmRingReader::wait(std::uint64_t seen, std::int64_t deadline_ns) const noe
   // Before looking for news: what comes after this load changes the word, and the kernel does not put us to
   // sleep.
   const std::uint32_t rung = load(header_.wake, std::memory_order_acquire);
-  if (newest() != seen || has_ended()) {
+  if (newest() > seen || has_ended()) {
     return;
   }
   // An absolute time of CLOCK_MONOTONIC. The mapping is read-only, which the kernel allows for waiting. Once
-  // only: whom a writer gone mad rings up without news, the caller's own clock ends.
+  // only: when a faulty writer rings without new data, the caller's own deadline ends the wait.
   futex(header_.wake, FUTEX_WAIT_BITSET, rung, &until);
 }
 

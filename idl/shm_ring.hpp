@@ -19,9 +19,13 @@
 
 namespace tubed {
 
-/// The writer's half. One thread. Never waits, allocates or throws after construction.
+/// The writer's half. One thread, wake_sleepers() aside. Never waits, allocates or throws after construction.
 class ShmRingWriter {
  public:
+  /// Readers that commit() wakes at most: each costs a few microseconds, and a reader may sleep in thousands
+  /// of threads.
+  static constexpr int kMaxWoken = 16;
+
   /// Lays the ring out. `memory` is zero, writable, aligned to 64 and has geometry.segment_bytes(). Throws
   /// ShmError for a geometry out of the limits or a name too long.
   ShmRingWriter(std::byte* memory, const ShmGeometry& geometry, const ShmIdentity& identity,
@@ -34,8 +38,15 @@ class ShmRingWriter {
   /// After begin(): copies into the payload. Preconditions: `offset` a multiple of 8, the end within
   /// payload_bytes().
   void write(std::size_t offset, std::span<const std::byte> bytes) noexcept;
-  /// Makes what was written since begin() the newest sample and wakes the readers; its number.
+  /// Makes what was written since begin() the newest sample and wakes the first kMaxWoken readers, in one
+  /// call of the kernel; its number.
   std::uint64_t commit(std::size_t payload_bytes, std::int64_t now_ns) noexcept;
+  /// The newest commit() woke as many readers as it wakes at most: more may be asleep, until wake_sleepers().
+  [[nodiscard]] bool leaves_sleepers() const { return leaves_sleepers_; }
+  /// Wakes the readers that still sleep, in calls of kMaxWoken readers each and never more than 4096 in all,
+  /// so that readers that go back to sleep at once do not hold it up. Any thread, also while the writer's own
+  /// goes on.
+  void wake_sleepers() noexcept;
   /// begin, write, commit.
   std::uint64_t publish(std::span<const std::byte> payload, std::int64_t now_ns) noexcept;
 
@@ -48,19 +59,22 @@ class ShmRingWriter {
 
  private:
   [[nodiscard]] tubed_shm_slot& slot_of(std::uint64_t number) const;
-  void wake_readers() noexcept;
+  void ring() noexcept;
+  /// How many were woken, of at most kMaxWoken.
+  int wake_some() noexcept;
 
   tubed_shm_header& header_;
   std::byte* slots_;
   ShmGeometry geometry_;
   std::uint64_t number_ = 1;  ///< of the sample that comes next
+  bool leaves_sleepers_ = false;
 };
 
 /// A sample in place. What copy() gave may be used only if whole() is true afterwards.
 class ShmSample {
  public:
   ShmSample() = default;
-  ShmSample(const tubed_shm_slot* slot, std::uint64_t number, std::uint64_t most_bytes);
+  ShmSample(const tubed_shm_slot* slot, std::uint64_t number, std::uint64_t max_bytes);
 
   [[nodiscard]] std::uint64_t number() const { return number_; }
   /// Of the payload; never more than the segment allows.

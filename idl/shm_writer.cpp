@@ -16,6 +16,7 @@ ShmIdentity with_start(ShmIdentity identity) {
 
 ShmWriter::ShmWriter(const ShmWriterSettings& settings, std::int64_t now_ns)
     : segment_(ShmSegment::create("tubed", settings.geometry.segment_bytes())),
+      waking_(settings.waking),
       ring_(segment_.memory(), settings.geometry, with_start(settings.identity), now_ns),
       door_(settings.door) {}
 
@@ -23,6 +24,9 @@ ShmWriter::~ShmWriter() { ring_.end(); }
 
 std::uint64_t ShmWriter::commit(std::size_t payload_bytes, std::int64_t now_ns) noexcept {
   const std::uint64_t number = ring_.commit(payload_bytes, now_ns);
+  if (waking_ == ShmWaking::kAll && ring_.leaves_sleepers()) {
+    ring_.wake_sleepers();
+  }
   door_.serve(segment_.descriptor(), now_ns);  // after the sample is out
   return number;
 }

@@ -24,14 +24,16 @@ enum class Reason : std::uint32_t {
   kImageLostTube = 1U << 8,    ///< the image does not show the tube where it should be
   kNotConverged = 1U << 9,     ///< the optimizer did not settle
   kNoRegistration = 1U << 10,  ///< EM frame and world are not registered
-  kClockUnsynced = 1U << 11,   ///< time stamps of a source contradict the host's clock
-  kDeadlineMissed = 1U << 12,  ///< the estimate came later than its slot
-  kInitialising = 1U << 13,    ///< not enough measurements yet
-  kDemoData = 1U << 14,        ///< a simulated source took part; cannot be switched off
-  kReplayData = 1U << 15,      ///< a recorded source took part; cannot be switched off
-  kRivalWriter = 1U << 16,     ///< somebody else publishes under this instrument's key
+  kClockUnsynced =
+      1U << 11,  ///< the host's real-time clock follows no reference: times on other hosts differ
+  kDeadlineMissed = 1U << 12,   ///< the estimate came later than its slot
+  kInitialising = 1U << 13,     ///< not enough measurements yet
+  kDemoData = 1U << 14,         ///< a simulated source took part; cannot be switched off
+  kReplayData = 1U << 15,       ///< a recorded source took part; cannot be switched off
+  kRivalWriter = 1U << 16,      ///< somebody else publishes under this instrument's key
+  kGeometryChanged = 1U << 17,  ///< table or C-arm moved and no pose said so: that view's images are left out
 };
-inline constexpr int kReasonCount = 17;
+inline constexpr int kReasonCount = 18;
 
 /// A set of reasons, the bit mask on the wire.
 class Reasons {

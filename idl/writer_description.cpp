@@ -4,10 +4,12 @@
 #include <cstdio>
 #include <optional>
 
+#include "idl/printable_text.hpp"
+
 namespace tubed {
 namespace {
 
-constexpr std::size_t kMaxCharacters = 64;
+constexpr std::size_t kMaxBytes = 64;
 
 std::string hexadecimal(const dds_guid_t& guid) {
   std::string text;
@@ -23,7 +25,7 @@ std::string hexadecimal(const dds_guid_t& guid) {
 std::optional<std::string> property(const dds_qos_t* qos, const char* name) {
   char* value = nullptr;
   if (!dds_qget_prop(qos, name, &value) || value == nullptr) return std::nullopt;
-  std::string text = printable(value);
+  std::string text = printable_text(value, kMaxBytes);
   dds_free(value);
   return text;
 }
@@ -50,14 +52,6 @@ std::string description_of_participant(const DdsEntity& reader, dds_instance_han
 }
 
 }  // namespace
-
-std::string printable(const std::string& text) {
-  std::string shown = text.substr(0, kMaxCharacters);
-  for (char& character : shown) {
-    if (character < ' ' || character > '~') character = '?';
-  }
-  return shown;
-}
 
 std::string description_of_writer(const DdsEntity& reader, dds_instance_handle_t writer) {
   dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader.get(), writer);

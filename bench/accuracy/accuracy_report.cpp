@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "bench/support/machine.hpp"
-#include "clients/tubectl/statistics.hpp"
+#include "clients/evaluation/statistics.hpp"
 
 namespace tubed {
 

@@ -1,14 +1,14 @@
 // The figures of a run of this bench for a person and for a program.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include "bench/accuracy/method.hpp"
 #include "bench/accuracy/plots.hpp"
-#include "clients/tubectl/evaluation_report.hpp"
+#include "clients/evaluation/evaluation_report.hpp"
 
 namespace tubed {
 

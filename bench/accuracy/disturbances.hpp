@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "clients/tubectl/offline_reconstruction.hpp"
+#include "clients/evaluation/offline_reconstruction.hpp"
 
 namespace tubed {
 

@@ -1,18 +1,19 @@
 // How accurate: every mode over sequence folders and simulated presets, the paper's Table 1 beside it.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "bench/accuracy/accuracy_report.hpp"
 #include "bench/accuracy/sensitivity.hpp"
 #include "bench/accuracy/settings_by_name.hpp"
 #include "bench/support/machine.hpp"
-#include "clients/tubectl/offline_reconstruction.hpp"
-#include "clients/tubectl/verbs.hpp"
+#include "clients/evaluation/offline_reconstruction.hpp"
+#include "clients/evaluation/simulated_run.hpp"
+#include "idl/command_line/command_line.hpp"
 
 namespace {
 
@@ -23,7 +24,7 @@ struct Arguments {
   std::vector<std::string> sequences;
   std::vector<std::string> presets;
   std::vector<int> seeds{1001, 1002, 1003};
-  std::vector<std::string> modes{"em", "paper", "joint", "filter"};
+  std::vector<std::string> modes = mode_names();
   std::vector<std::string> options;
   int every = 1;
   std::string out = "accuracy";
@@ -52,21 +53,14 @@ fs::path simulated(const std::string& preset, int seed, const Arguments& argumen
   const fs::path folder = fs::path(arguments.out) / "sequences" / (preset + "-" + std::to_string(seed));
   if (fs::exists(folder / "truth.csv")) return folder;
   fs::create_directories(folder.parent_path());
-  int exit_code = 0;
-  CLI::App app;
-  add_simulate(app, exit_code);
-  std::vector<std::string> words{"simulate",
-                                 "--preset",
-                                 preset,
-                                 "--seed",
-                                 std::to_string(seed),
-                                 "--every",
-                                 std::to_string(arguments.every),
-                                 "--out",
-                                 folder.string()};
-  std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
-  app.parse(words);
-  if (exit_code != 0) throw std::runtime_error("the preset \"" + preset + "\" could not be simulated");
+  const SimulatedRun run{.preset = preset, .seed = seed, .every = arguments.every};
+  write_simulated_run(run, scenario_of(run), folder, [&](std::size_t done, std::size_t total) {
+    if (done % 10 == 0 || done == total) {
+      show_progress(
+          folder.filename().string() + ": exposure " + std::to_string(done) + " of " + std::to_string(total),
+          done == total);
+    }
+  });
   return folder;
 }
 
@@ -153,35 +147,38 @@ int run(Arguments arguments, const std::string& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Errors of every mode over sequences with truth, beside the paper's Table 1",
-               "accuracy_bench"};
+  Program program("Errors of every mode over sequences with truth, beside the paper's Table 1",
+                  "accuracy_bench");
+  CommandLine app = program.command_line();
   Arguments arguments;
   app.add_option("SEQUENCE", arguments.sequences, "sequence folders with truth.csv");
   app.add_option("--preset", arguments.presets, "presets to simulate too: those of `tubectl simulate`")
-      ->delimiter(',');
+      .delimiter(',');
   app.add_option("--seeds", arguments.seeds, "of the presets, one run each")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--every", arguments.every, "of the presets: every so many steps")->capture_default_str();
-  app.add_option("--modes", arguments.modes, "modes to compare")->delimiter(',')->capture_default_str();
+      .delimiter(',')
+      .capture_default_str();
+  app.add_option("--every", arguments.every, "of the presets: every so many steps").capture_default_str();
+  app.add_option("--modes", arguments.modes, "modes to compare").delimiter(',').capture_default_str();
   app.add_option("--set", arguments.options,
                  "a setting of the estimator, KEY=VALUE; --list-settings names them");
   app.add_option("--s-max", arguments.judged.s_max_mm, "judge from the tip up to this arc length, mm")
-      ->capture_default_str();
+      .capture_default_str();
   app.add_option("--match", arguments.match, "partner of a true point")
-      ->check(CLI::IsMember({"nearest", "arc"}))
-      ->capture_default_str();
+      .is_member({"nearest", "arc"})
+      .capture_default_str();
   app.add_flag("--in-view", arguments.in_view_tables,
                "Table 1 over the points inside the image instead of all");
   app.add_flag("--sensitivity", arguments.sensitivity,
                "vary coils, noise, registration, rate, views, coefficients");
   app.add_option("--study", arguments.study, "of --sensitivity: those whose title contains this text only");
-  app.add_option("--out", arguments.out, "folder for estimates, plots and JSON")->capture_default_str();
-  app.add_flag_callback("--list-settings", [] {
+  app.add_option("--out", arguments.out, "folder for estimates, plots and JSON").capture_default_str();
+  bool lists_settings = false;
+  app.add_flag("--list-settings", lists_settings, "print the settings that --set knows");
+  if (const auto ended = program.parse(argc, argv)) return *ended;
+  if (lists_settings) {
     std::cout << settings_help();
-    std::exit(0);
-  });
-  CLI11_PARSE(app, argc, argv);
+    return 0;
+  }
   if (arguments.sequences.empty() && arguments.presets.empty()) arguments.presets = {"paper"};
   try {
     return run(arguments, command_line("accuracy", argc, argv));

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "clients/tubectl/estimate_rows.hpp"
-#include "clients/tubectl/offline_reconstruction.hpp"
-#include "clients/tubectl/true_run.hpp"
+#include "clients/evaluation/estimate_rows.hpp"
+#include "clients/evaluation/offline_reconstruction.hpp"
+#include "clients/evaluation/true_run.hpp"
 
 namespace tubed {
 
@@ -24,7 +24,7 @@ Sequence with_fluoroscopy_off(Sequence sequence) {
   return sequence;
 }
 
-std::optional<std::size_t> index_of(const std::vector<Method>& methods, const std::string& name) {
+std::optional<std::size_t> index_of(const std::vector<Method>& methods, std::string_view name) {
   const auto found =
       std::find_if(methods.begin(), methods.end(), [&](const Method& method) { return method.name == name; });
   if (found == methods.end()) return std::nullopt;
@@ -40,8 +40,9 @@ std::vector<Method> methods_of(const std::vector<std::string>& modes, const Esti
     if (!mode) throw std::invalid_argument("there is no mode \"" + word + "\"");
     Method method{word, settings};
     method.settings.mode = *mode;
-    if (*mode == EstimatorMode::kPaper || *mode == EstimatorMode::kFilter) {
-      methods.push_back({word + "-em", method.settings, true});
+    const std::string em_alone(row_of(*mode).em_alone);
+    if (!em_alone.empty() && !mode_named(em_alone)) {
+      methods.push_back({em_alone, method.settings, true});
     }
     methods.push_back(method);
   }
@@ -49,14 +50,14 @@ std::vector<Method> methods_of(const std::vector<std::string>& modes, const Esti
 }
 
 std::vector<ComparedPair> pairs_among(const std::vector<Method>& methods) {
-  constexpr std::array<std::array<const char*, 2>, 4> kPairs{
-      {{"paper-em", "paper"}, {"em", "joint"}, {"filter-em", "filter"}, {"paper", "filter"}}};
   std::vector<ComparedPair> pairs;
-  for (const auto& [em, fused] : kPairs) {
+  const auto compare = [&](std::string_view em, std::string_view fused) {
     const auto first = index_of(methods, em);
     const auto second = index_of(methods, fused);
     if (first && second) pairs.push_back({*first, *second});
-  }
+  };
+  for (const EstimatorModeRow& row : kEstimatorModes) compare(row.em_alone, row.name);
+  compare(name_of(EstimatorMode::kPaper), name_of(EstimatorMode::kFilter));
   return pairs;
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/tubectl/evaluation.hpp"
+#include "clients/evaluation/evaluation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
 #include "drivers/replay/sequence_folder.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bench/support/svg.hpp"
-#include "clients/tubectl/statistics.hpp"
+#include "bench/support/value_axis.hpp"
+#include "clients/evaluation/statistics.hpp"
 
 namespace tubed {
 
@@ -21,7 +21,7 @@ constexpr double kGroupWidth = 150;
 constexpr double kLeft = 50;
 constexpr double kWide = 900;
 constexpr double kPanelHeight = 190;
-constexpr double kGreatestShown = 1.25;  // times the 99th percentile: a snap must not flatten all the rest
+constexpr double kMaxShown = 1.25;  // times the 99th percentile: a snap must not flatten all the rest
 
 const char* colour_of(std::size_t i) { return kColours[i % kColours.size()]; }
 
@@ -44,12 +44,12 @@ void draw_box(Svg& svg, const ValueAxis& axis, double centre, const std::vector<
   const double middle = axis.y(quantile(values, 0.5));
   const double least = axis.y(quantile(values, 0));
   const double most = axis.y(quantile(values, 1));
-  svg.line({centre, least}, {centre, low}, colour);
-  svg.line({centre, high}, {centre, most}, colour);
-  svg.line({centre - kHalf / 2, least}, {centre + kHalf / 2, least}, colour);
-  svg.line({centre - kHalf / 2, most}, {centre + kHalf / 2, most}, colour);
+  svg.line({centre, least}, {centre, low}, {colour});
+  svg.line({centre, high}, {centre, most}, {colour});
+  svg.line({centre - kHalf / 2, least}, {centre + kHalf / 2, least}, {colour});
+  svg.line({centre - kHalf / 2, most}, {centre + kHalf / 2, most}, {colour});
   svg.rectangle({centre - kHalf, high}, 2 * kHalf, low - high, colour, "white");
-  svg.line({centre - kHalf, middle}, {centre + kHalf, middle}, colour, 2.5);
+  svg.line({centre - kHalf, middle}, {centre + kHalf, middle}, {colour, 2.5});
 }
 
 void draw_pair(Svg& svg, const BoxPair& pair, double above) {
@@ -96,23 +96,23 @@ void draw_error_panel(Svg& svg, double above, const std::vector<double>& t_s,
     all.insert(all.end(), values.begin(), values.end());
   }
   if (all.empty()) return;
-  const double top = std::max(0.1, kGreatestShown * quantile(all, 0.99));
+  const double top = std::max(0.1, kMaxShown * quantile(all, 0.99));
   const ValueAxis axis{kLeft, kWide - 20, above + kPanelHeight - 30, kPanelHeight - 60, top};
   axis.draw(svg, std::string(metric.name) + ", mm");
   const double duration_s = std::max(t_s.back() - t_s.front(), 1e-9);
   for (std::size_t c = 0; c < curves.size(); ++c) {
     const std::vector<double> values = by_instant(*curves[c].evaluation, metric);
-    std::vector<PlotPoint> stretch;
+    std::vector<SvgPoint> stretch;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (std::isfinite(values[i])) {
         stretch.push_back({axis.left + (axis.right - axis.left) * (t_s[i] - t_s.front()) / duration_s,
                            axis.y(std::min(values[i], top))});
         continue;
       }
-      svg.polyline(stretch, colour_of(c));
+      svg.polyline(stretch, {colour_of(c), 1.2});
       stretch.clear();
     }
-    svg.polyline(stretch, colour_of(c));
+    svg.polyline(stretch, {colour_of(c), 1.2});
   }
   for (int i = 0; i <= 5; ++i) {
     svg.text({axis.left + (axis.right - axis.left) * i / 5.0, axis.bottom + 16},
@@ -124,7 +124,7 @@ template <typename Curves>
 void draw_legend(Svg& svg, double y, const Curves& curves) {
   double x = kLeft;
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    svg.line({x, y - 4}, {x + 20, y - 4}, colour_of(i), 3);
+    svg.line({x, y - 4}, {x + 20, y - 4}, {colour_of(i), 3});
     svg.text({x + 25, y}, curves[i].name, 12, TextAnchor::kStart);
     x += 55 + 8 * static_cast<double>(curves[i].name.size());
   }
@@ -145,12 +145,12 @@ void draw_sensitivity_panel(Svg& svg, double above, const SensitivityPanel& pane
     return axis.left + 20 + (axis.right - axis.left - 40) * (value - first) / std::max(last - first, 1e-12);
   };
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
-    std::vector<PlotPoint> points;
+    std::vector<SvgPoint> points;
     for (std::size_t i = 0; i < panel.curves[c].values.size(); ++i) {
       points.push_back({x(panel.curves[c].values[i]), axis.y(panel.curves[c].error_mm[i])});
       svg.rectangle({points.back().x - 2, points.back().y - 2}, 4, 4, colour_of(c), colour_of(c));
     }
-    svg.polyline(points, colour_of(c));
+    svg.polyline(points, {colour_of(c), 1.2});
   }
   for (const double value : panel.curves.front().values) {
     svg.text({x(value), axis.bottom + 16}, formatted("%g", value, 0), 11, TextAnchor::kMiddle);

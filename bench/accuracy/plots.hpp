@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/tubectl/evaluation.hpp"
+#include "clients/evaluation/evaluation.hpp"
 
 namespace tubed {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "bench/accuracy/disturbances.hpp"
-#include "clients/tubectl/statistics.hpp"
+#include "clients/evaluation/statistics.hpp"
 
 namespace tubed {
 

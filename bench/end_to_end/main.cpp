@@ -199,19 +199,19 @@ int main(int argc, char** argv) {
       {"end_to_end",
        "From the intended exposure to the shape, through the real daemon, by turns with the paper's loop.",
        tubed::Surroundings::kOwnNetwork,
-       [&](CLI::App& app) {
+       [&](tubed::CommandLine app) {
          app.add_option("--rates", choice.rates_hz, "exposures a second")
-             ->delimiter(',')
-             ->capture_default_str();
+             .delimiter(',')
+             .capture_default_str();
          app.add_option("--rounds", choice.rounds, "turns of each side")
-             ->check(CLI::Range(1, 100))
-             ->capture_default_str();
+             .in_range(1, 100)
+             .capture_default_str();
          app.add_option("--seconds", choice.seconds, "that count, of a turn")
-             ->check(CLI::Range(2.0, 3600.0))
-             ->capture_default_str();
+             .in_range(2.0, 3600.0)
+             .capture_default_str();
          app.add_option("--area", choice.area, "[frangi] area of the daemon")
-             ->check(CLI::IsMember({"band", "frame"}))
-             ->capture_default_str();
+             .is_member({"band", "frame"})
+             .capture_default_str();
          app.add_flag("--any-cpu", choice.any_cpu, "do not keep the contestant to one CPU");
        },
        [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},

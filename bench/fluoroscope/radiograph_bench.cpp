@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "drivers/simulation/fluoroscope/c_arm.hpp"
-#include "drivers/simulation/fluoroscope/clutter.hpp"
-#include "drivers/simulation/fluoroscope/radiograph.hpp"
-#include "drivers/simulation/fluoroscope/thorax.hpp"
+#include "drivers/laboratory/fluoroscope/c_arm.hpp"
+#include "drivers/laboratory/fluoroscope/clutter.hpp"
+#include "drivers/laboratory/fluoroscope/radiograph.hpp"
+#include "drivers/laboratory/fluoroscope/thorax.hpp"
 
 namespace tubed {
 namespace {

@@ -22,8 +22,8 @@ struct Choice {
 struct Freight {
   std::string name;
   std::vector<Route> routes;
-  double most_hz;  ///< not measured at a higher rate
-  int most_readers;
+  double max_hz;  ///< not measured at a higher rate
+  int max_readers;
 };
 
 std::vector<Freight> freights(const std::filesystem::path& folder, bool with_shared_memory_peer) {
@@ -69,7 +69,7 @@ void measure(const Choice& choice, Report& report) {
   for (const double rate_hz : choice.rates_hz) {
     for (const int readers : choice.readers) {
       for (const Freight& freight : freights(folder, has_roudi())) {
-        if (rate_hz > freight.most_hz || readers > freight.most_readers) continue;
+        if (rate_hz > freight.max_hz || readers > freight.max_readers) continue;
         const double turn_s = rate_hz > 100 ? choice.turn_s / 2 : choice.turn_s;
         measure_freight(freight, {rate_hz, readers, choice.rounds, turn_s}, report);
         std::fprintf(stderr, "%s, %d readers at %g Hz: done\n", freight.name.c_str(), readers, rate_hz);
@@ -102,13 +102,11 @@ int main(int argc, char** argv) {
   return tubed::run_benchmark(
       {"hand-over", "How long bytes are under way between threads and processes, by turns with peers.",
        tubed::Surroundings::kOwnNetwork,
-       [&](CLI::App& app) {
-         app.add_option("--rates", choice.rates_hz, "samples a second")
-             ->delimiter(',')
-             ->capture_default_str();
-         app.add_option("--readers", choice.readers, "who receives")->delimiter(',')->capture_default_str();
-         app.add_option("--rounds", choice.rounds, "turns of every route")->check(CLI::Range(1, 1000));
-         app.add_option("--turn", choice.turn_s, "length of a turn, s")->check(CLI::Range(0.2, 600.0));
+       [&](tubed::CommandLine app) {
+         app.add_option("--rates", choice.rates_hz, "samples a second").delimiter(',').capture_default_str();
+         app.add_option("--readers", choice.readers, "who receives").delimiter(',').capture_default_str();
+         app.add_option("--rounds", choice.rounds, "turns of every route").in_range(1, 1000);
+         app.add_option("--turn", choice.turn_s, "length of a turn, s").in_range(0.2, 600.0);
        },
        [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
       argc, argv);

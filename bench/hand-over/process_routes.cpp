@@ -20,7 +20,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::int64_t kPatienceNs = 50'000'000;
+constexpr std::int64_t kTimeoutNs = 50'000'000;
 constexpr std::uint32_t kContent = 99;  // neither estimates nor images
 
 std::vector<std::byte> block_of(std::size_t bytes) { return std::vector<std::byte>(bytes, std::byte{7}); }
@@ -52,7 +52,7 @@ class RingReceiver final : public Receiver {
     while (!reader && !is_over()) connect(reader);
     while (!is_over()) {
       if (reader->news(monotonic_ns()) != ShmNews::kSample) {
-        reader->sleep_until(monotonic_ns() + kPatienceNs);
+        reader->sleep_until(monotonic_ns() + kTimeoutNs);
         continue;
       }
       const ShmSample sample = reader->take_next();

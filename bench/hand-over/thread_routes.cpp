@@ -11,7 +11,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{50};
+constexpr std::chrono::milliseconds kTimeout{50};
 
 struct Mailbox {
   TripleBuffer<TubeEstimate> buffer;
@@ -38,7 +38,7 @@ class MailboxReceiver final : public Receiver {
   explicit MailboxReceiver(std::shared_ptr<Mailbox> mailbox) : mailbox_(std::move(mailbox)) {}
   void receive(const std::function<bool()>& is_over, const Arrived& arrived) override {
     while (!is_over()) {
-      mailbox_->bell.wait_until(from_ns(monotonic_ns()) + kPatience);
+      mailbox_->bell.wait_until(from_ns(monotonic_ns()) + kTimeout);
       if (mailbox_->buffer.fetch()) arrived(mailbox_->buffer.front().image_frame, monotonic_ns());
     }
   }
@@ -78,7 +78,7 @@ class LockedReceiver final : public Receiver {
   void receive(const std::function<bool()>& is_over, const Arrived& arrived) override {
     while (!is_over()) {
       std::unique_lock<std::mutex> lock(box_->mutex);
-      if (!box_->changed.wait_for(lock, kPatience, [this] { return box_->is_new; })) continue;
+      if (!box_->changed.wait_for(lock, kTimeout, [this] { return box_->is_new; })) continue;
       box_->is_new = false;
       taken_ = box_->estimate;
       lock.unlock();

@@ -232,19 +232,17 @@ std::map<std::string, std::string> draw(const nlohmann::json& report) {
 
 int main(int argc, char** argv) {
   tubed::Choice choice;
-  return tubed::run_benchmark({"load", "How latency and cost of the daemon grow with what it has to do.",
-                               tubed::Surroundings::kOwnNetwork,
-                               [&](CLI::App& app) {
-                                 app.add_option("--seconds", choice.seconds, "of a turn")
-                                     ->check(CLI::Range(2.0, 3600.0))
-                                     ->capture_default_str();
-                                 app.add_option("--rounds", choice.rounds, "turns of every case")
-                                     ->check(CLI::Range(1, 100))
-                                     ->capture_default_str();
-                                 app.add_option("--only", choice.only, "only cases whose names contain this");
-                                 app.add_flag("--any-cpu", choice.any_cpu,
-                                              "do not keep the daemon to one CPU");
-                               },
-                               [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
-                              argc, argv);
+  return tubed::run_benchmark(
+      {"load", "How latency and cost of the daemon grow with what it has to do.",
+       tubed::Surroundings::kOwnNetwork,
+       [&](tubed::CommandLine app) {
+         app.add_option("--seconds", choice.seconds, "of a turn").in_range(2.0, 3600.0).capture_default_str();
+         app.add_option("--rounds", choice.rounds, "turns of every case")
+             .in_range(1, 100)
+             .capture_default_str();
+         app.add_option("--only", choice.only, "only cases whose names contain this");
+         app.add_flag("--any-cpu", choice.any_cpu, "do not keep the daemon to one CPU");
+       },
+       [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
+      argc, argv);
 }

@@ -84,8 +84,8 @@ class FutexReceiver final : public Receiver {
         seen = now;
         continue;
       }
-      const timespec patience{0, 50'000'000};
-      syscall(SYS_futex, &word_->number, FUTEX_WAIT, seen, &patience, nullptr, 0);
+      const timespec timeout{0, 50'000'000};
+      syscall(SYS_futex, &word_->number, FUTEX_WAIT, seen, &timeout, nullptr, 0);
     }
   }
 
@@ -124,8 +124,8 @@ class PacketReceiver final : public Receiver {
  public:
   PacketReceiver() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
     const sockaddr_in here = loopback();
-    const timeval patience{0, 50'000};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval timeout{0, 50'000};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     if (bind(socket_, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0)
       throw std::runtime_error("bind");
   }
@@ -212,13 +212,13 @@ int main(int argc, char** argv) {
   return tubed::run_benchmark(
       {"noise_floor", "What this machine adds to every latency: waking by clock, futex, packet.",
        tubed::Surroundings::kOwnNetwork,
-       [&](CLI::App& app) {
+       [&](tubed::CommandLine app) {
          app.add_option("--seconds", choice.seconds, "of each way")
-             ->check(CLI::Range(1.0, 3600.0))
-             ->capture_default_str();
+             .in_range(1.0, 3600.0)
+             .capture_default_str();
          app.add_option("--rounds", choice.rounds, "turns of each way")
-             ->check(CLI::Range(2, 1000))
-             ->capture_default_str();
+             .in_range(2, 1000)
+             .capture_default_str();
        },
        [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
       argc, argv);

@@ -1,5 +1,6 @@
 // publish_bench: how long a published shape is under way to a process that waits for it.
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <optional>
 
@@ -10,6 +11,7 @@
 #include "bench/publish/own_routes.hpp"
 #include "bench/support/benchmark_program.hpp"
 #include "bench/support/latency_plots.hpp"
+#include "clients/tubectl/run/room_keys.hpp"
 
 namespace tubed {
 namespace {
@@ -47,6 +49,20 @@ ReportRow row_of(const std::string& name, const RouteTimes& times, const std::st
   return row;
 }
 
+/// The place of the route's peer, if it has one: a bare writer, or for the secured one the same without keys.
+std::optional<std::size_t> peer_of(const std::vector<Route>& routes, std::size_t i) {
+  if (i + 1 == routes.size()) return kUdp;
+  if ((i == kUdp || i == kShm) && i + 2 < routes.size()) return i + 1;
+  return std::nullopt;
+}
+
+/// Keys of a room that nobody else has.
+std::filesystem::path make_keys(const std::filesystem::path& folder) {
+  const std::filesystem::path room = folder / "room";
+  make_room(room, "", period_of(std::time(nullptr), 1));
+  return room;
+}
+
 void measure(const Choice& choice, Report& report) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path();
   std::vector<Route> routes{own_udp(), cyclone_udp(), own_shared_memory(folder)};
@@ -62,15 +78,16 @@ void measure(const Choice& choice, Report& report) {
   routes.push_back(fastdds_udp());
   routes.push_back(fastdds_as_it_comes());
 #endif
+  routes.push_back(own_udp_secured(make_keys(folder)));  // always the last
   for (const int readers : choice.readers) {
     for (const double rate_hz : choice.rates_hz) {
       // At 1 kHz a second has samples enough.
       const double turn_s = rate_hz > 100 ? choice.turn_s / 2 : choice.turn_s;
       const auto times = exchange(routes, {rate_hz, readers, choice.rounds, turn_s});
       for (std::size_t i = 0; i < routes.size(); ++i) {
-        const bool has_peer = (i == kUdp || i == kShm) && i + 1 < routes.size();
+        const std::optional<std::size_t> peer = peer_of(routes, i);
         report.add(row_of(case_name(routes[i].name, rate_hz, readers), times[i],
-                          has_peer ? routes[i + 1].name : "", has_peer ? &times[i + 1] : nullptr));
+                          peer ? routes[*peer].name : "", peer ? &times[*peer] : nullptr));
       }
       std::fprintf(stderr, "%d readers at %g Hz: done\n", readers, rate_hz);
     }
@@ -103,15 +120,13 @@ int main(int argc, char** argv) {
       {"publish",
        "How long a published shape is under way to processes that wait for it, by turns with peers.",
        tubed::Surroundings::kOwnNetwork,
-       [&](CLI::App& app) {
-         app.add_option("--rates", choice.rates_hz, "samples a second")
-             ->delimiter(',')
-             ->capture_default_str();
+       [&](tubed::CommandLine app) {
+         app.add_option("--rates", choice.rates_hz, "samples a second").delimiter(',').capture_default_str();
          app.add_option("--readers", choice.readers, "processes that receive")
-             ->delimiter(',')
-             ->capture_default_str();
-         app.add_option("--rounds", choice.rounds, "turns of every route")->check(CLI::Range(1, 1000));
-         app.add_option("--turn", choice.turn_s, "length of a turn, s")->check(CLI::Range(0.2, 600.0));
+             .delimiter(',')
+             .capture_default_str();
+         app.add_option("--rounds", choice.rounds, "turns of every route").in_range(1, 1000);
+         app.add_option("--turn", choice.turn_s, "length of a turn, s").in_range(0.2, 600.0);
        },
        [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
       argc, argv);

@@ -63,7 +63,7 @@ void note(WrittenEstimatesHead* head, const tubed_TubeEstimate& estimate, std::i
       stamps.publish_started_monotonic_ns,
       called_ns,
       returned_ns};
-  // release: whoever reads the count reads whole entries.
+  // release: a reader of the count reads whole entries.
   __atomic_store_n(&head->count, head->count + 1, __ATOMIC_RELEASE);
 }
 

@@ -14,7 +14,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{50};
+constexpr std::chrono::milliseconds kTimeout{50};
 constexpr std::int64_t kBeatNs = 50'000'000;
 
 bool is_first_instrument(const char* id) { return std::strcmp(id, "cath-1") == 0; }
@@ -68,7 +68,7 @@ void listen_to_dds(int domain, int pause_ms, const IsOver& is_over, SharedLog<Re
   TubeSubscriber subscriber(subscription, Delivery::kEvery);
   while (!is_over()) {
     if (pause_ms > 0) sleep_until_ns(monotonic_ns() + pause_ms * std::int64_t{1'000'000});
-    const TubeNews news = subscriber.wait_for(kPatience);
+    const TubeNews news = subscriber.wait_for(kTimeout);
     if (news.sample != nullptr && is_first_instrument(news.sample->estimate.instrument_id)) {
       log.add(noted(news.sample->estimate, news.sample->received_monotonic_ns, news.sample->lost_before));
     }
@@ -79,7 +79,7 @@ void listen_to_shm(const std::filesystem::path& folder, const IsOver& is_over,
                    SharedLog<ReceivedEstimate>& log) {
   ShmTubeReader reader({estimates_socket(folder), "", ShmDelivery::kEvery, {}});
   while (!is_over()) {
-    const ShmTubeNews news = reader.wait_for(kPatience);
+    const ShmTubeNews news = reader.wait_for(kTimeout);
     if (news.estimate != nullptr && is_first_instrument(news.estimate->instrument_id)) {
       log.add(noted(*news.estimate, news.received_monotonic_ns, news.lost_before));
     }
@@ -92,7 +92,7 @@ void listen_to_health(int domain, const IsOver& is_over, SharedLog<StageAllocati
   subscription.instrument_id = "cath-1";
   TopicReader<tubed_TubeHealth> reader(subscription);
   while (!is_over()) {
-    const tubed_TubeHealth* health = reader.wait_for(kPatience);
+    const tubed_TubeHealth* health = reader.wait_for(kTimeout);
     if (health == nullptr) continue;
     for (std::uint32_t i = 0; i < health->stage_count; ++i) {
       const tubed_StageHealth& stage = health->stages[i];

@@ -1,4 +1,4 @@
-// The processes around a contestant: who gives the images, and who listens.
+// The processes around a contestant: the source of the images, and the subscribers.
 #pragma once
 
 #include <array>

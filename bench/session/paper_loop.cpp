@@ -9,6 +9,7 @@
 #include "daemon/image/image_checks.hpp"
 #include "daemon/publishing/dds_publisher.hpp"
 #include "drivers/image_shm/image_shm_driver.hpp"
+#include "drivers/interface/read_until.hpp"
 #include "drivers/replay/replay_driver.hpp"
 
 namespace tubed {
@@ -42,8 +43,9 @@ class PaperLoop {
 
   /// One turn of the loop; false when no image came.
   bool step(WrittenEstimate& written) {
-    if (images_->read(frame_, now() + std::chrono::milliseconds(100)) != ReadOutcome::kFrame) return false;
-    while (em_->read(coils_, now()) == ReadOutcome::kFrame) history_.add(coils_);
+    if (read_until(*images_, frame_, now() + std::chrono::milliseconds(100)) != ReadOutcome::kFrame)
+      return false;
+    while (em_->read(coils_) == ReadOutcome::kFrame) history_.add(coils_);
     filter();
     solve();
     publish(written);
@@ -90,7 +92,7 @@ class PaperLoop {
     observation.em = &history_;
     observation.images[0] = &measurement_;
     observation.newest_image = measurement_.exposure;
-    observation.image_patience = std::chrono::milliseconds(500);
+    observation.image_timeout = std::chrono::milliseconds(500);
     estimate_.instrument = 0;
     ++estimate_.sequence_number;
     estimate_.image_frame = measurement_.frame_number;

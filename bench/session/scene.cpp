@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "drivers/interface/driver_settings.hpp"
+#include "drivers/laboratory/simulated_view.hpp"
 #include "drivers/replay/sequence_writer.hpp"
-#include "drivers/simulation/simulated_view.hpp"
 #include "drivers/simulation/simulation_driver.hpp"
 
 namespace tubed {
@@ -15,14 +15,13 @@ namespace tubed {
 namespace {
 
 constexpr double kDistinctS = 2;
-constexpr double kMostPictureBytes = 256e6;
+constexpr double kMaxPictureBytes = 256e6;
 constexpr double kFocalLengthPx = 2000;
 constexpr double kDistanceMm = 1200;
 
 DriverSettings simulation() {
   std::map<std::string, SettingValue> values;
-  for (const SettingDescription& setting : simulation_settings())
-    values[setting.name] = setting.default_value;
+  for (const KeyDescription& setting : simulation_settings()) values[setting.name] = setting.default_value;
   return DriverSettings(values);
 }
 
@@ -86,7 +85,7 @@ Scene::Scene(const SceneSettings& settings)
   const double picture_bytes = static_cast<double>(settings.width) * settings.height * settings.cameras;
   distinct_ = std::max<std::int64_t>(
       4,
-      static_cast<std::int64_t>(std::min(kDistinctS * settings.rate_hz, kMostPictureBytes / picture_bytes)));
+      static_cast<std::int64_t>(std::min(kDistinctS * settings.rate_hz, kMaxPictureBytes / picture_bytes)));
   const DriverSettings values = simulation();
   for (const CameraCalibration& camera : room_.cameras) {
     SimulatedView view(camera, world_, values.get<std::int64_t>("seed"), values.get<double>("cnr"));

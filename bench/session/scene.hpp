@@ -9,8 +9,8 @@
 
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"
-#include "drivers/simulation/simulated_tracker.hpp"
-#include "drivers/simulation/simulated_world.hpp"
+#include "drivers/laboratory/simulated_tracker.hpp"
+#include "drivers/laboratory/simulated_world.hpp"
 
 namespace tubed {
 

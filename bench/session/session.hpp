@@ -14,7 +14,7 @@
 
 namespace tubed {
 
-/// Who turns images and coils into estimates.
+/// What turns images and coils into estimates.
 enum class Contestant {
   kDaemon,     ///< the program tubed
   kPaperLoop,  ///< the paper's loop: one thread that grabs, filters with OpenCV, solves as printed, publishes

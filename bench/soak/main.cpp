@@ -108,13 +108,11 @@ int main(int argc, char** argv) {
   tubed::Choice choice;
   return tubed::run_benchmark(
       {"soak", "What grows and what gets slower while the daemon runs.", tubed::Surroundings::kOwnNetwork,
-       [&](CLI::App& app) {
-         app.add_option("--minutes", choice.minutes, "how long")
-             ->check(CLI::Range(0.1, 10000.0))
-             ->capture_default_str();
+       [&](tubed::CommandLine app) {
+         app.add_option("--minutes", choice.minutes, "how long").in_range(0.1, 10000.0).capture_default_str();
          app.add_option("--rate", choice.rate_hz, "exposures a second")
-             ->check(CLI::Range(1.0, 120.0))
-             ->capture_default_str();
+             .in_range(1.0, 120.0)
+             .capture_default_str();
        },
        [&](tubed::Report& report) { tubed::measure(choice, report); }, tubed::draw},
       argc, argv);

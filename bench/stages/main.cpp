@@ -7,9 +7,8 @@ int main(int argc, char** argv) {
   return tubed::run_benchmark(
       {"stages", "What the pipeline's stages cost on one core, beside peers in the same process, by turns.",
        tubed::Surroundings::kAsTheyAre,
-       [&](CLI::App& app) {
-         app.add_option("--turns", choice.turns, "turns of each side of a comparison")
-             ->check(CLI::Range(2, 100000));
+       [&](tubed::CommandLine app) {
+         app.add_option("--turns", choice.turns, "turns of each side of a comparison").in_range(2, 100000);
          app.add_option("--only", choice.only, "only rows whose names contain this");
        },
        [&](tubed::Report& report) {

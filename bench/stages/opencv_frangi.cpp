@@ -31,7 +31,7 @@ OpencvFrangi::OpencvFrangi(const FrangiSettings& settings) : settings_(settings)
   }
 }
 
-float OpencvFrangi::greatest_norm(float variance) const {
+float OpencvFrangi::max_norm(float variance) const {
   float greatest = 0;
   for (int y = 0; y < grey_.rows; ++y) {
     const auto* xx = xx_.ptr<float>(y);
@@ -79,7 +79,7 @@ const cv::Mat& OpencvFrangi::filter(const cv::Mat& grey) {
     cv::sepFilter2D(grey_, xy_, CV_32F, scale.first, scale.first, {-1, -1}, 0, cv::BORDER_REPLICATE);
     const auto variance = static_cast<float>(scale.variance);
     const auto fixed = static_cast<float>(settings_.structureness);
-    const float c = fixed > 0 ? fixed : std::max(0.5F * greatest_norm(variance), 1e-6F);
+    const float c = fixed > 0 ? fixed : std::max(0.5F * max_norm(variance), 1e-6F);
     respond(variance, c, first);
     first = false;
   }

@@ -24,7 +24,7 @@ class OpencvFrangi {
     cv::Mat first;
     cv::Mat second;
   };
-  float greatest_norm(float variance) const;
+  float max_norm(float variance) const;
   void respond(float variance, float c, bool first);
 
   FrangiSettings settings_;

@@ -58,7 +58,7 @@ class Instants {
     observation.is_image_instant = true;
     observation.em = &history_;
     observation.images[0] = images_[static_cast<std::size_t>(k)].get();
-    observation.image_patience = std::chrono::milliseconds(500);
+    observation.image_timeout = std::chrono::milliseconds(500);
     return observation;
   }
 
@@ -144,7 +144,7 @@ void measure_map(const StageChoice& choice, const Instants& instants, int coeffi
     report.add(name + "/" + peer, peer, std::move(times),
                {{"lines", static_cast<double>(all.size())},
                 {"converged", converged ? 1.0 : 0.0},
-                {"greatest_difference_mm", apart_mm},
+                {"max_difference_mm", apart_mm},
                 {"cost_above_ceres", cost_ratio - 1}});
   }
 }

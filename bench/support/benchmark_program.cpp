@@ -8,6 +8,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "bench/support/child_process.hpp"
@@ -72,13 +73,14 @@ void draw(const BenchmarkProgram& program, const fs::path& file) {
 }  // namespace
 
 int run_benchmark(const BenchmarkProgram& program, int argc, char** argv) {
-  CLI::App app(program.meaning);
+  Program parsed(program.meaning);
+  CommandLine app = parsed.command_line();
   std::string file = TUBED_SOURCE_DIR "/bench/results/" + program.name + ".json";
   bool draw_only = false;
-  app.add_option("--json", file, "where the figures go; pictures beside it")->capture_default_str();
+  app.add_option("--json", file, "where the figures go; pictures beside it").capture_default_str();
   app.add_flag("--draw", draw_only, "draw the pictures of --json again, measure nothing");
   program.add_options(app);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto ended = parsed.parse(argc, argv)) return *ended;
   try {
     if (!draw_only) {
       const std::string command = command_line(program.name, argc, argv);

@@ -1,13 +1,13 @@
 // What every benchmark program does around its measurement: options, namespaces, JSON, pictures.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "bench/support/report.hpp"
+#include "idl/command_line/command_line.hpp"
 
 namespace tubed {
 
@@ -22,7 +22,7 @@ struct BenchmarkProgram {
   std::string name;     ///< "publish": the default file is bench/results/publish.json
   std::string meaning;  ///< one sentence
   Surroundings surroundings = Surroundings::kOwnNetwork;
-  std::function<void(CLI::App&)> add_options;
+  std::function<void(CommandLine)> add_options;
   std::function<void(Report&)> measure;  ///< fills in the report; may throw
   /// Pictures of the JSON: suffix -> SVG. "" is bench/results/publish.svg, "series" publish-series.svg.
   std::function<std::map<std::string, std::string>(const nlohmann::json&)> draw;

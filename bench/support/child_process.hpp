@@ -71,7 +71,7 @@ class SharedLog {
   void add(const Entry& entry) {
     Head& head = *memory_.as<Head>();
     if (head.count < most_) entries()[head.count] = entry;
-    // release: who sees the count sees the entry.
+    // release: a reader that sees the count sees the entry.
     __atomic_store_n(&head.count, head.count + 1, __ATOMIC_RELEASE);
   }
   [[nodiscard]] std::size_t size() const {

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 
-#include "bench/support/svg.hpp"
+#include "bench/support/value_axis.hpp"
 
 namespace tubed {
 
@@ -21,12 +20,6 @@ constexpr double kLeft = 60;
 constexpr double kLegendWidth = 230;
 
 const char* colour_of(std::size_t i) { return kColours[i % kColours.size()]; }
-
-std::string short_number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
 
 /// A stretch of values mapped onto px, linear or logarithmic.
 struct Scale {
@@ -55,10 +48,7 @@ struct Frame {
 
 /// Equal round steps.
 std::vector<double> round_steps(const Scale& scale) {
-  const double raw = (scale.most - scale.least) / 5;
-  const double power = std::pow(10, std::floor(std::log10(std::max(raw, 1e-12))));
-  const double digits = raw / power;
-  const double step = power * (digits <= 1 ? 1 : digits <= 2 ? 2 : digits <= 5 ? 5 : 10);
+  const double step = round_step(scale.most - scale.least);
   std::vector<double> values;
   const auto first = static_cast<int>(std::ceil(scale.least / step - 1e-9));
   for (int i = first; i * step <= scale.most * 1.0001; ++i) values.push_back(i * step);
@@ -84,15 +74,15 @@ std::vector<double> round_values(const Scale& scale) {
 
 void draw_frame(Svg& svg, const Frame& frame, const Scale& y, const std::string& title) {
   for (const double value : round_values(y)) {
-    svg.line({frame.left, y.px(value)}, {frame.right, y.px(value)}, "#ddd");
+    svg.line({frame.left, y.px(value)}, {frame.right, y.px(value)}, {"#ddd"});
     svg.text({frame.left - 6, y.px(value) + 4}, short_number(value), 11, TextAnchor::kEnd);
   }
-  svg.line({frame.left, frame.bottom}, {frame.right, frame.bottom}, "#555");
+  svg.line({frame.left, frame.bottom}, {frame.right, frame.bottom}, {"#555"});
   svg.text({frame.left - 40, frame.top - 10}, title, 12, TextAnchor::kStart);
 }
 
 void mark_across(Svg& svg, const Frame& frame, double x, const std::string& words) {
-  svg.line({x, frame.bottom}, {x, frame.bottom + 4}, "#555");
+  svg.line({x, frame.bottom}, {x, frame.bottom + 4}, {"#555"});
   svg.text({x, frame.bottom + 17}, words, 11, TextAnchor::kMiddle);
 }
 
@@ -102,7 +92,7 @@ void name_across(Svg& svg, const Frame& frame, const std::string& words) {
 
 void draw_legend(Svg& svg, const Frame& frame, std::size_t i, const std::string& label) {
   const double y = frame.top + 8 + 17 * static_cast<double>(i);
-  svg.line({frame.right + 12, y - 4}, {frame.right + 30, y - 4}, colour_of(i), 3);
+  svg.line({frame.right + 12, y - 4}, {frame.right + 30, y - 4}, {colour_of(i), 3});
   svg.text({frame.right + 35, y}, label, 11, TextAnchor::kStart);
 }
 
@@ -136,25 +126,25 @@ std::string picture(const std::string& title, std::size_t panels,
 
 void draw_percentiles(Svg& svg, std::size_t index, const PlotPanel& panel) {
   const Frame frame(index);
-  constexpr double kMostNines = 4;
+  constexpr double kMaxNines = 4;
   Scale y = range_of(panel, "curve", [](const auto& point, const auto& see) { see(point[1]); });
   y = {y.least, y.most, frame.bottom, frame.top, true};
   if (!std::isfinite(y.least)) return;
   draw_frame(svg, frame, y, panel.title + ", " + unit_of(panel));
   const auto x = [&](double percent) {
     const double nines = -std::log10(std::max(1 - percent / 100, 1e-9));
-    return frame.left + (frame.right - frame.left) * std::min(nines, kMostNines) / kMostNines;
+    return frame.left + (frame.right - frame.left) * std::min(nines, kMaxNines) / kMaxNines;
   };
   for (const double percent : {0.0, 50.0, 90.0, 99.0, 99.9, 99.99}) {
     mark_across(svg, frame, x(percent), short_number(percent));
   }
   name_across(svg, frame, "percentile");
   for (std::size_t i = 0; i < panel.rows.size(); ++i) {
-    std::vector<PlotPoint> points;
+    std::vector<SvgPoint> points;
     for (const auto& point : panel.rows[i].row.value("curve", nlohmann::json::array())) {
       if (point[0].get<double>() < 100) points.push_back({x(point[0]), y.px(point[1])});
     }
-    svg.polyline(points, colour_of(i), 1.6);
+    svg.polyline(points, {colour_of(i), 1.6});
     draw_legend(svg, frame, i, panel.rows[i].label);
   }
 }
@@ -178,7 +168,7 @@ void draw_histogram(Svg& svg, std::size_t index, const PlotPanel& panel) {
   for (const double value : round_values(x)) mark_across(svg, frame, x.px(value), short_number(value));
   name_across(svg, frame, unit_of(panel));
   for (std::size_t i = 0; i < panel.rows.size(); ++i) {
-    std::vector<PlotPoint> points;
+    std::vector<SvgPoint> points;
     double last = 0;
     for (const auto& bin : panel.rows[i].row.value("histogram", nlohmann::json::array())) {
       const double share = bin[2].get<double>() / panel.rows[i].row["n"].get<double>();
@@ -190,7 +180,7 @@ void draw_histogram(Svg& svg, std::size_t index, const PlotPanel& panel) {
       last = bin[1];
     }
     if (last > 0) points.push_back({x.px(last), y.px(0)});
-    svg.polyline(points, colour_of(i), 1.6);
+    svg.polyline(points, {colour_of(i), 1.6});
     draw_legend(svg, frame, i, panel.rows[i].label);
   }
 }
@@ -210,11 +200,11 @@ void draw_series(Svg& svg, std::size_t index, const PlotPanel& panel) {
   name_across(svg, frame, "s since the start; thick: medians, thin: greatest of each stretch");
   for (std::size_t i = 0; i < panel.rows.size(); ++i) {
     for (const std::size_t column : {std::size_t{1}, std::size_t{2}}) {
-      std::vector<PlotPoint> points;
+      std::vector<SvgPoint> points;
       for (const auto& point : panel.rows[i].row.value("series", nlohmann::json::array())) {
         points.push_back({x.px(point[0]), y.px(point[column])});
       }
-      svg.polyline(points, colour_of(i), column == 1 ? 1.8 : 0.5);
+      svg.polyline(points, {colour_of(i), column == 1 ? 1.8 : 0.5});
     }
     draw_legend(svg, frame, i, panel.rows[i].label);
   }
@@ -233,12 +223,12 @@ void draw_growth(Svg& svg, std::size_t index, const GrowthPanel& panel) {
   for (const double value : round_values(x)) mark_across(svg, frame, x.px(value), short_number(value));
   name_across(svg, frame, panel.across);
   for (std::size_t i = 0; i < panel.curves.size(); ++i) {
-    std::vector<PlotPoint> points;
+    std::vector<SvgPoint> points;
     for (std::size_t k = 0; k < panel.curves[i].x.size(); ++k) {
       points.push_back({x.px(panel.curves[i].x[k]), y.px(panel.curves[i].y[k])});
       svg.rectangle({points.back().x - 2.5, points.back().y - 2.5}, 5, 5, colour_of(i), colour_of(i));
     }
-    svg.polyline(points, colour_of(i), 1.6);
+    svg.polyline(points, {colour_of(i), 1.6});
     draw_legend(svg, frame, i, panel.curves[i].label);
   }
 }

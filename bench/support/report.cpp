@@ -16,7 +16,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::size_t kFewestForDistribution = 20;
+constexpr std::size_t kMinForDistribution = 20;
 constexpr double kMostDrift = 1.15;
 
 /// Five digits are more than any latency is worth; all seventeen would make the file many times larger.
@@ -44,10 +44,10 @@ nlohmann::ordered_json percentile_curve(const std::vector<double>& unsorted) {
 /// [[lower edge, upper edge, count], ..]: 50 bins a decade; values of 0 and below are in the lowest.
 nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
   constexpr double kBinsADecade = 50;
-  constexpr double kLowest = 1e-9;
+  constexpr double kMin = 1e-9;
   std::map<int, int> counts;
   for (const double value : values) {
-    ++counts[static_cast<int>(std::floor(std::log10(std::max(value, kLowest)) * kBinsADecade))];
+    ++counts[static_cast<int>(std::floor(std::log10(std::max(value, kMin)) * kBinsADecade))];
   }
   nlohmann::ordered_json bins = nlohmann::ordered_json::array();
   for (const auto& [bin, count] : counts) {
@@ -59,8 +59,8 @@ nlohmann::ordered_json log_histogram(const std::vector<double>& values) {
 
 /// [[t_s, median, greatest], ..] of stretches of equal count, at most 150 of them.
 nlohmann::ordered_json series(const ReportRow& row) {
-  constexpr std::size_t kMostPoints = 150;
-  const std::size_t stretch = row.values.size() / kMostPoints + 1;
+  constexpr std::size_t kMaxPoints = 150;
+  const std::size_t stretch = row.values.size() / kMaxPoints + 1;
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (std::size_t begin = 0; begin < row.values.size(); begin += stretch) {
     const std::size_t end = std::min(begin + stretch, row.values.size());
@@ -95,7 +95,7 @@ nlohmann::ordered_json json_of(const ReportRow& row) {
   for (const auto& [key, value] : row.extra) {
     json[key] = rounded(value);
   }
-  if (row.values.size() >= kFewestForDistribution) {
+  if (row.values.size() >= kMinForDistribution) {
     json["curve"] = percentile_curve(row.values);
     json["histogram"] = log_histogram(row.values);
   }
@@ -124,8 +124,8 @@ double drift(const std::vector<double>& values) {
 }
 
 bool is_unsteady(const std::vector<double>& values) {
-  constexpr std::size_t kFewestForDrift = 8;  // of fewer values halves say nothing
-  if (values.size() < kFewestForDrift) {
+  constexpr std::size_t kMinForDrift = 8;  // of fewer values halves say nothing
+  if (values.size() < kMinForDrift) {
     return false;
   }
   const double ratio = drift(values);

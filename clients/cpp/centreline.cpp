@@ -51,7 +51,8 @@ bool has_shape(const tubed_TubeEstimate& estimate) {
   return estimate.coefficient_count >= 4 &&
          estimate.coefficient_count <= std::size(estimate.coefficients_mm) && estimate.point_count >= 2 &&
          estimate.point_count <= std::size(estimate.points) && estimate.coefficient_spacing_mm > 0 &&
-         estimate.length_mm > 0;
+         std::isfinite(estimate.coefficient_spacing_mm) && estimate.length_mm > 0 &&
+         std::isfinite(estimate.length_mm);
 }
 
 Vector3 point_at(const tubed_TubeEstimate& estimate, double s_mm) {

@@ -11,8 +11,8 @@ namespace tubed {
 using Vector3 = std::array<double, 3>;
 
 /// Whether the sample carries a spline and points that can be evaluated: counts within their arrays, at least
-/// 4 coefficients with a positive spacing, at least 2 points, a positive length. It says nothing about
-/// validity.
+/// 4 coefficients with a positive finite spacing, at least 2 points, a positive finite length. It says
+/// nothing about validity.
 bool has_shape(const tubed_TubeEstimate& estimate);
 
 /// Position at s_mm, clamped to [0, length_mm]. NaN when !has_shape(estimate).

@@ -22,7 +22,9 @@ class DelayGuard {
   /// How long a sample took. `daemon_start` says whose clock `published_ns` is of; `received_ns` is of this
   /// host; both monotonic.
   Delay judge(std::uint64_t daemon_start, std::int64_t published_ns, std::int64_t received_ns) {
-    const std::int64_t delay_ns = received_ns - published_ns;
+    // Whatever a forger states: no difference of two delays overflows.
+    const std::int64_t delay_ns =
+        received_ns - std::clamp(published_ns, received_ns - kMax_ns, received_ns + kMax_ns);
     if (daemon_start != daemon_start_) {
       daemon_start_ = daemon_start;
       lowest_ns_ = delay_ns;
@@ -41,8 +43,8 @@ class DelayGuard {
       unusual_ = delay;
       first_unusual_ns_ = received_ns;
     }
-    const std::int64_t patience_ns = delay == Delay::kLate ? kLatePatience_ns : kEarlyPatience_ns;
-    if (received_ns - first_unusual_ns_ < patience_ns) return delay;
+    const std::int64_t timeout_ns = delay == Delay::kLate ? kLateTimeout_ns : kEarlyTimeout_ns;
+    if (received_ns - first_unusual_ns_ < timeout_ns) return delay;
     // After late ones the usual ones may come again at once: what is quick is still known.
     lowest_ns_ = delay == Delay::kEarly ? delay_ns : std::min(lowest_ns_, quickest_ns());
     begin_again(delay_ns, received_ns);
@@ -50,9 +52,10 @@ class DelayGuard {
   }
 
  private:
-  static constexpr std::int64_t kLatePatience_ns = 1'000'000'000;
-  static constexpr std::int64_t kEarlyPatience_ns = 150'000'000;
+  static constexpr std::int64_t kLateTimeout_ns = 1'000'000'000;
+  static constexpr std::int64_t kEarlyTimeout_ns = 150'000'000;
   static constexpr std::int64_t kPeriod_ns = 60'000'000'000;
+  static constexpr std::int64_t kMax_ns = std::int64_t{1} << 61;  ///< 73 years
 
   [[nodiscard]] std::int64_t quickest_ns() const { return std::min(quickest_now_ns_, quickest_before_ns_); }
 

@@ -34,7 +34,7 @@ class SequenceGuard {
     }
     if (!is_forward(*newest_, sample)) return Order::kBackward;
     if (follows(*newest_, newest_ns_, sample, now_ns)) return Order::kNext;
-    const bool is_proved = now_ns - newest_ns_ >= kJumpPatience_ns && jumps_ >= kJumpSamples &&
+    const bool is_proved = now_ns - newest_ns_ >= kJumpTimeout_ns && jumps_ >= kJumpSamples &&
                            is_forward(jump_, sample) && follows(jump_, jump_ns_, sample, now_ns);
     return is_proved ? Order::kNext : Order::kImplausible;
   }
@@ -58,7 +58,7 @@ class SequenceGuard {
   [[nodiscard]] std::uint64_t newest_number() const { return newest_ ? newest_->sequence_number : 0; }
 
  private:
-  static constexpr std::int64_t kJumpPatience_ns = 1'000'000'000;
+  static constexpr std::int64_t kJumpTimeout_ns = 1'000'000'000;
   static constexpr int kJumpSamples = 8;
   static constexpr double kMarginSamples = 60;  // two seconds at 30 Hz that waited in a queue
 

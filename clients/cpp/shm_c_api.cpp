@@ -24,8 +24,8 @@ tubed::ShmImageWriterSettings checked(const tubed_image_writer_settings* setting
   if (settings == nullptr || settings->socket == nullptr || settings->camera == nullptr) {
     throw tubed::ShmError("socket and camera have to be given");
   }
-  tubed::ShmImageWriterSettings result{settings->socket,      settings->camera,          settings->most_width,
-                                       settings->most_height, settings->most_depth_bits, {}};
+  tubed::ShmImageWriterSettings result{settings->socket,     settings->camera,         settings->max_width,
+                                       settings->max_height, settings->max_depth_bits, {}};
   if (settings->group > std::numeric_limits<gid_t>::max()) {
     throw tubed::ShmError("there is no group " + std::to_string(settings->group));
   }

@@ -12,11 +12,11 @@
 namespace tubed {
 
 struct ShmImageWriterSettings {
-  std::string socket;            ///< path; what `device` of the daemon's [[camera]] says
-  std::string camera;            ///< name of that [[camera]]
-  std::uint32_t most_width = 0;  ///< px, the largest image that will come
-  std::uint32_t most_height = 0;
-  std::uint32_t most_depth_bits = 16;
+  std::string socket;           ///< path; what `device` of the daemon's [[camera]] says
+  std::string camera;           ///< name of that [[camera]]
+  std::uint32_t max_width = 0;  ///< px, the largest image that will come
+  std::uint32_t max_height = 0;
+  std::uint32_t max_depth_bits = 16;
   std::optional<gid_t> group;  ///< the daemon is a member of; none: root and this user only
 };
 

@@ -8,6 +8,8 @@
 #include <iterator>
 #include <span>
 
+#include "idl/printable_text.hpp"
+
 namespace tubed {
 
 namespace {
@@ -18,7 +20,7 @@ constexpr std::int64_t kDeadlineNs = 100 * kMillisecond;
 constexpr std::int64_t kLivelinessNs = 250 * kMillisecond;
 constexpr std::int64_t kLifespanNs = 200 * kMillisecond;
 constexpr std::int64_t kRetryNs = 100 * kMillisecond;
-constexpr std::int64_t kPatienceNs = 300 * kMillisecond;
+constexpr std::int64_t kTimeoutNs = 300 * kMillisecond;
 
 std::int64_t monotonic_ns() {
   timespec now{};
@@ -117,16 +119,16 @@ void ShmTubeReader::connect(std::int64_t now_ns, std::int64_t until_ns) {
   }
 }
 
-/// Goes on from call to call: who waits 1 ms at a time is let in too.
+/// Goes on from call to call: a reader that waits 1 ms at a time is let in too.
 void ShmTubeReader::visit(std::int64_t now_ns, std::int64_t until_ns) {
   if (!visit_) {
     visit_.emplace(settings_.socket, settings_.trusted);
-    visit_ends_ns_ = now_ns + kPatienceNs;
+    visit_ends_ns_ = now_ns + kTimeoutNs;
     why_ = "the daemon at '" + settings_.socket + "' has not answered yet";
   }
-  const std::int64_t patience_ns =
+  const std::int64_t timeout_ns =
       std::max<std::int64_t>(std::min(until_ns, visit_ends_ns_) - now_ns + kMillisecond - 1, 0);
-  if (const std::optional<int> descriptor = visit_->answer(static_cast<int>(patience_ns / kMillisecond))) {
+  if (const std::optional<int> descriptor = visit_->answer(static_cast<int>(timeout_ns / kMillisecond))) {
     visit_.reset();
     reader_.emplace(*descriptor, ShmReaderSettings{.path = settings_.socket,
                                                    .content = TUBED_SHM_ESTIMATES,
@@ -148,6 +150,8 @@ bool ShmTubeReader::take(std::int64_t now_ns, ShmTubeNews& news) {
     ++lost_;
     return false;
   }
+  const std::array<char, sizeof(estimate_.instrument_id)> id = std::to_array(estimate_.instrument_id);
+  copy_printable(id.data(), estimate_.instrument_id);
   if (!settings_.instrument_id.empty() && settings_.instrument_id != estimate_.instrument_id) {
     return false;
   }

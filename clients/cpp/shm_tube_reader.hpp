@@ -33,7 +33,8 @@ struct ShmTubeReaderSettings {
   std::string socket;         ///< [shm] estimates_socket of the daemon
   std::string instrument_id;  ///< empty: every instrument
   ShmDelivery delivery = ShmDelivery::kNewest;
-  std::vector<uid_t> trusted;  ///< users the daemon may run as; empty: whoever may put a socket there
+  std::vector<uid_t>
+      trusted;  ///< users the daemon may run as; empty: any user that can create a socket there
 };
 
 /// The answer of wait_for().

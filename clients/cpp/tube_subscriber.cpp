@@ -7,17 +7,19 @@
 #include <vector>
 
 #include "clients/cpp/delay_guard.hpp"
+#include "clients/cpp/estimate_connection.hpp"
 #include "clients/cpp/instrument_gate.hpp"
 #include "clients/cpp/writer_choice.hpp"
 #include "idl/dds_contract.hpp"
+#include "idl/printable_sample.hpp"
 #include "idl/writer_description.hpp"
 
 namespace tubed {
 namespace {
 
-constexpr int kHistoryDepth = 32;
 constexpr std::int64_t kDeadlineNs = std::chrono::nanoseconds(kEstimateDeadline).count();
 constexpr std::int64_t kLivelinessNs = std::chrono::nanoseconds(kEstimateLiveliness).count();
+constexpr std::int64_t kNever = DDS_NEVER;
 constexpr std::int64_t kLifespanNs = std::chrono::nanoseconds(kEstimateLifespan).count();
 
 std::int64_t monotonic_ns() {
@@ -33,12 +35,7 @@ std::int64_t boot_ns() {
   return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
-bool is_admitted(const void* sample, void* gate) {
-  const auto& estimate = *static_cast<const tubed_TubeEstimate*>(sample);
-  return static_cast<InstrumentGate*>(gate)->admits(estimate.instrument_id, std::chrono::steady_clock::now());
-}
-
-SampleOrigin origin_of(const tubed_TubeEstimate& estimate, dds_instance_handle_t writer) {
+SampleOrigin origin_of(const tubed_TubeEstimate& estimate, std::uint64_t writer) {
   return {.daemon_start = estimate.daemon_start,
           .sequence_number = estimate.sequence_number,
           .publish_monotonic_ns = estimate.stamps.publish_started_monotonic_ns,
@@ -87,17 +84,12 @@ std::string_view name_of(TubeEvent event) {
 class TubeSubscriber::Reception {
  public:
   Reception(const Subscription& subscription, Delivery delivery)
-      : max_rate_hz_(subscription.max_rate_hz),
+      : subscription_(subscription),
         delivery_(delivery),
         gate_(subscription.instrument_id, subscription.max_instruments),
-        participant_(join_domain(subscription.domain, subscription.network_interface)),
-        reader_(make_reader(participant_, contract_of<tubed_TubeEstimate>(), subscription.partition,
-                            kHistoryDepth, {.wants = &is_admitted, .state = &gate_})),
-        waitset_(dds_create_waitset(participant_.get()), "a wait set") {
-    const std::uint32_t wakes =
-        DDS_DATA_AVAILABLE_STATUS | DDS_LIVELINESS_CHANGED_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS;
-    require_dds(dds_set_status_mask(reader_.get(), wakes), "choose what wakes the subscriber");
-    require_dds(dds_waitset_attach(waitset_.get(), reader_.get(), 0), "wait for the reader");
+        connection_(std::make_unique<EstimateConnection>(subscription, gate_, DomainUse::kShared)),
+        waitset_(dds_create_waitset(DDS_CYCLONEDDS_HANDLE), "a wait set") {
+    be_woken_by(*connection_);
   }
 
   TubeNews wait_for(std::chrono::milliseconds timeout) {
@@ -111,7 +103,9 @@ class TubeSubscriber::Reception {
       if (news.event != TubeEvent::kTimeout || now_ns >= until_ns) {
         return news;
       }
-      dds_waitset_wait(waitset_.get(), nullptr, 0, std::min(until_ns, next_silence_ns()) - now_ns);
+      renew_if_deaf(now_ns);
+      const std::int64_t wake_ns = std::min({until_ns, next_silence_ns(), next_renewal_ns()});
+      dds_waitset_wait(waitset_.get(), nullptr, 0, std::max<std::int64_t>(wake_ns - monotonic_ns(), 0));
     }
   }
 
@@ -131,14 +125,19 @@ class TubeSubscriber::Reception {
   }
 
  private:
+  void be_woken_by(const EstimateConnection& connection) {
+    require_dds(dds_waitset_attach(waitset_.get(), connection.reader().get(), 0), "wait for the reader");
+  }
+
   void read_statuses() {
+    const dds_entity_t reader = connection_->reader().get();
     dds_liveliness_changed_status_t liveliness{};
-    if (dds_get_liveliness_changed_status(reader_.get(), &liveliness) == DDS_RETCODE_OK) {
+    if (dds_get_liveliness_changed_status(reader, &liveliness) == DDS_RETCODE_OK) {
       writer_hangs_ = liveliness.alive_count == 0 && (writer_hangs_ || liveliness.not_alive_count_change > 0);
     }
     // After liveliness: a writer that says goodbye is lost for both.
     dds_subscription_matched_status_t matched{};
-    if (dds_get_subscription_matched_status(reader_.get(), &matched) == DDS_RETCODE_OK) {
+    if (dds_get_subscription_matched_status(reader, &matched) == DDS_RETCODE_OK) {
       writer_gone_ = matched.current_count == 0 && (writer_gone_ || matched.current_count_change < 0);
       counts_.writers = matched.current_count;
       if (matched.current_count_change != 0 || matched.total_count_change != 0) read_matched_writers();
@@ -146,12 +145,49 @@ class TubeSubscriber::Reception {
   }
 
   void read_matched_writers() {
-    const dds_return_t count = dds_get_matched_publications(reader_.get(), nullptr, 0);
-    writers_.resize(static_cast<std::size_t>(std::max(count, 0)));
-    const dds_return_t read = dds_get_matched_publications(reader_.get(), writers_.data(), writers_.size());
-    if (read < 0 || static_cast<std::size_t>(read) > writers_.size()) return;  // grown: there is more to come
-    writers_.resize(static_cast<std::size_t>(read));
-    for (Tracked& tube : tracked_) tube.choice.match(writers_);
+    matched_since_ns_ = monotonic_ns();
+    const auto writers = connection_->matched_writers();
+    if (!writers) return;
+    for (Tracked& tube : tracked_) tube.choice.match(*writers);
+  }
+
+  /// Since when nothing was heard of a writer that is matched, over all instruments; far in the future when
+  /// none is silent for a reason that a new connection could end.
+  [[nodiscard]] std::int64_t silent_since_ns() const {
+    if (tracked_.empty()) return counts_.writers > 0 ? matched_since_ns_ : kNever;
+    std::int64_t since_ns = kNever;
+    for (const Tracked& tube : tracked_) since_ns = std::min(since_ns, writer_heard_ns(tube));
+    return since_ns;
+  }
+
+  /// When anything of the tube's writer was heard: an instrument that it publishes no more says nothing.
+  [[nodiscard]] std::int64_t writer_heard_ns(const Tracked& tube) const {
+    if (writer_gone_ || tube.choice.is_followed_gone()) return kNever;
+    std::int64_t heard_ns = tube.newest.received_monotonic_ns;
+    for (const Tracked& other : tracked_) {
+      if (other.choice.followed() == tube.choice.followed()) {
+        heard_ns = std::max(heard_ns, other.newest.received_monotonic_ns);
+      }
+    }
+    return heard_ns;
+  }
+
+  [[nodiscard]] std::int64_t next_renewal_ns() const {
+    const std::int64_t since_ns = silent_since_ns();
+    return since_ns == kNever ? kNever : timer_.due_ns(since_ns);
+  }
+
+  /// A matched writer is silent: it hangs, or this connection is deaf to it. A second one finds out which.
+  void renew_if_deaf(std::int64_t now_ns) {
+    if (now_ns < next_renewal_ns()) return;
+    timer_.renewed(now_ns);
+    try {
+      renewed_.reset();
+      renewed_ = std::make_unique<EstimateConnection>(subscription_, gate_, DomainUse::kSeparate);
+      be_woken_by(*renewed_);
+    } catch (const DdsError&) {
+      renewed_.reset();  // tried again
+    }
   }
 
   /// Instruments that made room for others, after they had been silent for long.
@@ -162,18 +198,37 @@ class TubeSubscriber::Reception {
   }
 
   void take_samples() {
-    while (!(delivery_ == Delivery::kEvery && any_news())) {
-      void* buffer = &scratch_;
-      dds_sample_info_t about{};
-      if (dds_take(reader_.get(), &buffer, &about, 1, 1) <= 0) {
-        return;
-      }
-      if (about.valid_data) accept_or_refuse(about.publication_handle);
+    const std::uint64_t accepted_before = counts_.accepted;
+    while (take_from(*connection_)) accept_or_refuse();
+    if (counts_.accepted != accepted_before) timer_.heard();
+    if (renewed_ == nullptr) return;
+    if (monotonic_ns() - silent_since_ns() < RenewalTimer::kDeafNs) {
+      renewed_.reset();  // the writer said nothing, and says something again
+    } else if (take_from(*renewed_)) {
+      connection_ = std::move(renewed_);
+      ++counts_.renewals;
+      read_statuses();
+      accept_or_refuse();
     }
   }
 
-  void accept_or_refuse(dds_instance_handle_t writer) {
+  /// One sample into scratch_ and scratch_writer_, if there is one and it can be delivered now.
+  bool take_from(EstimateConnection& connection) {
+    dds_sample_info_t about{};
+    void* buffer = &scratch_;
+    while (!(delivery_ == Delivery::kEvery && any_news())) {
+      if (dds_take(connection.reader().get(), &buffer, &about, 1, 1) <= 0) return false;
+      if (!about.valid_data) continue;
+      make_printable(scratch_);
+      scratch_writer_ = connection.writer_of(about.publication_handle);
+      return true;
+    }
+    return false;
+  }
+
+  void accept_or_refuse() {
     Tracked& tube = tracked(scratch_.instrument_id);
+    const std::uint64_t writer = scratch_writer_;
     const SampleOrigin origin = origin_of(scratch_, writer);
     const std::int64_t now_boot_ns = boot_ns();
     const Ruling ruling = tube.choice.judge(origin, now_boot_ns);
@@ -201,6 +256,7 @@ class TubeSubscriber::Reception {
     tube.newest.received_monotonic_ns = monotonic_ns();
     tube.has_news = true;
     tube.told = Told::kNothing;
+    writer_hangs_ = false;  // DDS may say so only after it has delivered the sample
     ++counts_.accepted;
     counts_.lost += tube.choice.lost_before();
     counts_.restarts += is_restart ? 1 : 0;
@@ -230,7 +286,7 @@ class TubeSubscriber::Reception {
     if (rival.has_value() == tube.is_rival_told) return TubeEvent::kTimeout;
     tube.is_rival_told = rival.has_value();
     if (!rival) return TubeEvent::kRivalGone;
-    tube.rival = description_of_writer(reader_, *rival);
+    tube.rival = description_of_writer(connection_->reader(), connection_->handle_of(*rival).value_or(0));
     return TubeEvent::kRivalSeen;
   }
 
@@ -279,18 +335,20 @@ class TubeSubscriber::Reception {
         return tube;
       }
     }
-    return tracked_.emplace_back(id, max_rate_hz_);
+    return tracked_.emplace_back(id, subscription_.max_rate_hz);
   }
 
-  double max_rate_hz_;
+  Subscription subscription_;
   Delivery delivery_;
-  InstrumentGate gate_;  // the reader's filter asks it
-  DdsEntity participant_;
-  DdsEntity reader_;
+  InstrumentGate gate_;  // the readers' filter asks it
+  std::unique_ptr<EstimateConnection> connection_;
+  std::unique_ptr<EstimateConnection> renewed_;  // while the other one is silent
   DdsEntity waitset_;
+  RenewalTimer timer_;
   tubed_TubeEstimate scratch_{};
-  std::list<Tracked> tracked_;          // a list: news points into it
-  std::vector<std::uint64_t> writers_;  // matched ones
+  std::uint64_t scratch_writer_ = 0;
+  std::list<Tracked> tracked_;  // a list: news points into it
+  std::int64_t matched_since_ns_ = 0;
   std::uint64_t replaced_ = 0;
   bool writer_gone_ = false;
   bool writer_hangs_ = false;

@@ -66,6 +66,9 @@ struct SubscriberStatus {
   std::uint64_t restarts = 0;  ///< changes of the writer that is followed
   std::uint64_t deadlines_missed = 0;
   std::uint64_t liveliness_lost = 0;
+  /// Connections made anew because the old one heard nothing of a writer that publishes: somebody sends
+  /// damaged or forged packets under the daemon's own DDS identity (estimate_connection.hpp).
+  std::uint64_t renewals = 0;
 };
 
 /// Which samples wait_for() hands over when several came since the last call.
@@ -80,7 +83,7 @@ enum class Delivery {
 /// replayed packets do not keep a dead daemon alive. They are noticed inside wait_for().
 class TubeSubscriber {
  public:
-  /// Throws DdsError: no such network interface, domain out of range.
+  /// Throws DdsError: no such network interface, domain out of range, keys that cannot be used.
   explicit TubeSubscriber(const Subscription& subscription, Delivery delivery = Delivery::kNewest);
   ~TubeSubscriber();
   TubeSubscriber(TubeSubscriber&&) noexcept;

@@ -22,12 +22,12 @@ int64_t tubed_monotonic_ns(void);
 typedef struct tubed_image_writer tubed_image_writer;
 
 struct tubed_image_writer_settings {
-  const char* socket;       /* path; what `device` of the daemon's [[camera]] says */
-  const char* camera;       /* name of that [[camera]] */
-  uint32_t most_width;      /* px, the largest image that will come */
-  uint32_t most_height;     /* px */
-  uint32_t most_depth_bits; /* 8 or 16 */
-  int64_t group;            /* id of the group the daemon is a member of; -1: root and this user only */
+  const char* socket;      /* path; what `device` of the daemon's [[camera]] says */
+  const char* camera;      /* name of that [[camera]] */
+  uint32_t max_width;      /* px, the largest image that will come */
+  uint32_t max_height;     /* px */
+  uint32_t max_depth_bits; /* 8 or 16 */
+  int64_t group;           /* id of the group the daemon is a member of; -1: root and this user only */
 };
 
 /* NULL when it cannot be: then `why` says so in words, cut to why_bytes. */

@@ -33,8 +33,8 @@ inline bool is_delivered(Ruling ruling) {
 /// of a rival's end. Silence counts only while the other is heard: a client that was stopped itself changes
 /// nobody.
 ///
-/// Known limit: whoever forges packets under the very handle and start of the real writer can only be told
-/// apart by order, rate and time; that needs DDS Security.
+/// Known limit: packets forged under the handle and start of the real writer can only be told apart by order,
+/// rate and time; more needs DDS Security.
 class WriterChoice {
  public:
   explicit WriterChoice(double max_rate_hz) : max_rate_hz_(max_rate_hz) { others_.reserve(kMaxOthers); }
@@ -50,6 +50,10 @@ class WriterChoice {
   /// The followed writer was silent for the liveliness period, and nothing of it waits in a queue.
   void find_silent() { is_silent_ = true; }
 
+  /// The writer that is followed; none before the first sample.
+  [[nodiscard]] std::optional<std::uint64_t> followed() const {
+    return followed_ ? std::optional(followed_->handle) : std::nullopt;
+  }
   /// The followed writer is not matched any more.
   [[nodiscard]] bool is_followed_gone() const { return followed_ && followed_->is_gone; }
   /// DDS's handle of another writer that published in the last second while the followed one did.

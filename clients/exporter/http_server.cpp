@@ -1,28 +1,32 @@
 #include "clients/exporter/http_server.hpp"
 
 #include <arpa/inet.h>
+#include <microhttpd.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <list>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace tubed {
 
 namespace {
 
-constexpr timeval kClientPatience{1, 0};
-constexpr std::size_t kLongestRequest = 8192;
+using Time = std::chrono::steady_clock::time_point;
 
-std::string response(const char* status, const char* type, const std::string& body) {
-  return "HTTP/1.1 " + std::string(status) + "\r\nContent-Type: " + type +
-         "\r\nContent-Length: " + std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" + body;
-}
+constexpr std::chrono::seconds kMaxConnectionTime{2};
+constexpr std::size_t kMaxConnections = 64;
+// Beyond it the library does not accept: room for those that have been told to go and have not gone yet.
+constexpr unsigned kMaxAccepted = 2 * kMaxConnections;
+constexpr std::size_t kMaxRequestBytes = 8192;
+constexpr int kBacklog = 128;
 
 sockaddr_in address_of(const std::string& where) {
   const std::size_t colon = where.rfind(':');
@@ -40,77 +44,124 @@ sockaddr_in address_of(const std::string& where) {
   return address;
 }
 
-/// Until the end of the headers, of the client's patience, or of ours.
-std::string read_request(int client) {
-  std::string request;
-  std::array<char, 1024> piece{};
-  while (request.size() < kLongestRequest && request.find("\r\n\r\n") == std::string::npos) {
-    const ssize_t length = recv(client, piece.data(), piece.size(), 0);
-    if (length <= 0) break;
-    request.append(piece.data(), static_cast<std::size_t>(length));
+/// A listening socket.
+int listen_on(const std::string& where) {
+  const sockaddr_in address = address_of(where);
+  const int listening = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const int yes = 1;
+  setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (listening < 0 || bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+      listen(listening, kBacklog) != 0) {
+    const int error = errno;
+    close(listening);
+    throw std::system_error(error, std::generic_category(), "cannot listen on " + where);
   }
-  return request;
-}
-
-void write_all(int client, const std::string& answer) {
-  std::size_t written = 0;
-  while (written < answer.size()) {
-    const ssize_t length = send(client, answer.data() + written, answer.size() - written, MSG_NOSIGNAL);
-    if (length <= 0) return;
-    written += static_cast<std::size_t>(length);
-  }
+  return listening;
 }
 
 }  // namespace
 
-std::string answer_to(const std::string& request, const std::function<std::string()>& text) {
-  const std::string line = request.substr(0, request.find("\r\n"));
-  const std::size_t first = line.find(' ');
-  const std::size_t second = first == std::string::npos ? first : line.find(' ', first + 1);
-  if (second == std::string::npos || !line.substr(second + 1).starts_with("HTTP/1.")) {
-    return response("400 Bad Request", "text/plain", "not understood\n");
-  }
-  if (line.substr(0, first) != "GET") {
-    return response("405 Method Not Allowed", "text/plain", "GET only\n");
-  }
-  std::string path = line.substr(first + 1, second - first - 1);
-  path = path.substr(0, path.find('?'));
-  if (path == "/metrics") {
-    return response("200 OK", "text/plain; version=0.0.4; charset=utf-8", text());
-  }
-  return path == "/" ? response("200 OK", "text/html", "<a href=\"/metrics\">metrics</a> of tubed\n")
-                     : response("404 Not Found", "text/plain", "there is /metrics\n");
+HttpAnswer answer_to(std::string_view method, std::string_view path,
+                     const std::function<std::string()>& text) {
+  if (method != "GET" && method != "HEAD") return {405, "text/plain", "GET only\n"};
+  if (path == "/metrics") return {200, "text/plain; version=0.0.4; charset=utf-8", text()};
+  if (path == "/") return {200, "text/html", "<a href=\"/metrics\">metrics</a> of tubed\n"};
+  return {404, "text/plain", "there is /metrics\n"};
 }
 
-HttpServer::HttpServer(const std::string& where) {
-  const sockaddr_in address = address_of(where);
-  socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int yes = 1;
-  setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (socket_ < 0 || bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      listen(socket_, 8) != 0) {
-    const int error = errno;
-    close(socket_);
-    throw std::system_error(error, std::generic_category(), "cannot listen on " + where);
+/// libmicrohttpd, driven by the thread that calls serve(): it reads, parses and writes without ever waiting
+/// for one client. It knows idle time only, which a byte a second never exceeds: how long a connection lives
+/// is watched here.
+class HttpServer::Library {
+ public:
+  Library(const std::string& where, std::function<std::string()> text)
+      : text_(std::move(text)),
+        daemon_(MHD_start_daemon(MHD_USE_EPOLL, 0, nullptr, nullptr, &handle, this,  //
+                                 MHD_OPTION_LISTEN_SOCKET, listen_on(where),         //
+                                 MHD_OPTION_CONNECTION_LIMIT, kMaxAccepted,          //
+                                 MHD_OPTION_CONNECTION_MEMORY_LIMIT, kMaxRequestBytes,
+                                 MHD_OPTION_NOTIFY_CONNECTION, &notice, this, MHD_OPTION_END)) {
+    if (daemon_ == nullptr) throw std::runtime_error("cannot start an HTTP server on " + where);
   }
-}
+  ~Library() { MHD_stop_daemon(daemon_); }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
 
-HttpServer::~HttpServer() { close(socket_); }
+  void serve(std::chrono::milliseconds timeout) {
+    pollfd waiting{MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd, POLLIN, 0};
+    MHD_UNSIGNED_LONG_LONG library_ms = 0;
+    std::int64_t wait_ms = timeout.count();
+    if (MHD_get_timeout(daemon_, &library_ms) == MHD_YES) {
+      wait_ms = std::min(wait_ms, static_cast<std::int64_t>(library_ms));
+    }
+    poll(&waiting, 1, static_cast<int>(wait_ms));
+    MHD_run(daemon_);
+    const Time now = std::chrono::steady_clock::now();
+    for (Connection& connection : connections_) {
+      if (now - connection.began > kMaxConnectionTime) tell_to_go(connection);
+    }
+  }
 
-void HttpServer::serve(std::chrono::milliseconds patience, const std::function<std::string()>& text) const {
-  pollfd waiting{socket_, POLLIN, 0};
-  if (poll(&waiting, 1, static_cast<int>(patience.count())) <= 0) {
-    return;
+ private:
+  struct Connection {
+    MHD_Connection* library;
+    int socket;
+    Time began;
+    bool told_to_go = false;
+  };
+
+  /// The library sees the end of the connection and closes it.
+  static void tell_to_go(Connection& connection) {
+    if (!std::exchange(connection.told_to_go, true)) shutdown(connection.socket, SHUT_RDWR);
   }
-  const int client = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
-  if (client < 0) {
-    return;
+
+  static void notice(void* self, MHD_Connection* connection, void** /*ours*/,
+                     MHD_ConnectionNotificationCode what) noexcept {
+    auto& connections = static_cast<Library*>(self)->connections_;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+      connections.remove_if([&](const Connection& each) { return each.library == connection; });
+      return;
+    }
+    const int socket = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    connections.push_back({connection, socket, std::chrono::steady_clock::now()});
+    // Oldest first: a client that has sent its request is answered long before.
+    std::size_t staying = static_cast<std::size_t>(std::count_if(
+        connections.begin(), connections.end(), [](const auto& each) { return !each.told_to_go; }));
+    for (auto each = connections.begin(); staying > kMaxConnections; ++each) {
+      staying -= each->told_to_go ? 0 : 1;
+      tell_to_go(*each);
+    }
   }
-  setsockopt(client, SOL_SOCKET, SO_RCVTIMEO, &kClientPatience, sizeof kClientPatience);
-  setsockopt(client, SOL_SOCKET, SO_SNDTIMEO, &kClientPatience, sizeof kClientPatience);
-  write_all(client, answer_to(read_request(client), text));
-  shutdown(client, SHUT_RDWR);
-  close(client);
-}
+
+  /// Called with the headers, and again when there is no more to come.
+  static MHD_Result handle(void* self, MHD_Connection* connection, const char* path, const char* method,
+                           const char* /*version*/, const char* /*upload*/, std::size_t* upload_bytes,
+                           void** seen) noexcept {
+    const bool is_refused =
+        *upload_bytes > 0 || (std::string_view(method) != "GET" && std::string_view(method) != "HEAD");
+    if (*seen == nullptr && !is_refused) {
+      *seen = self;
+      return MHD_YES;
+    }
+    const HttpAnswer answer = answer_to(method, path, static_cast<Library*>(self)->text_);
+    MHD_Response* const response = MHD_create_response_from_buffer(
+        answer.body.size(), const_cast<char*>(answer.body.data()), MHD_RESPMEM_MUST_COPY);
+    MHD_add_response_header(response, "Content-Type", answer.type);
+    MHD_add_response_header(response, "Connection", "close");
+    const MHD_Result queued = MHD_queue_response(connection, answer.status, response);
+    MHD_destroy_response(response);
+    return queued;
+  }
+
+  std::function<std::string()> text_;
+  std::list<Connection> connections_;  ///< oldest first
+  MHD_Daemon* daemon_;
+};
+
+HttpServer::HttpServer(const std::string& where, std::function<std::string()> text)
+    : library_(std::make_unique<Library>(where, std::move(text))) {}
+HttpServer::~HttpServer() = default;
+
+void HttpServer::serve(std::chrono::milliseconds timeout) { library_->serve(timeout); }
 
 }  // namespace tubed

@@ -1,5 +1,4 @@
 // tubed-exporter: the daemon's health for Prometheus, from a process of its own.
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -7,9 +6,11 @@
 #include <iostream>
 #include <memory>
 
+#include "clients/cpp/limited_log.hpp"
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/exporter/http_server.hpp"
 #include "clients/exporter/metrics_text.hpp"
+#include "idl/command_line/command_line.hpp"
 
 namespace {
 
@@ -18,7 +19,7 @@ using std::chrono::steady_clock;
 
 constexpr int kExitUsage = 64;
 constexpr int kExitUnavailable = 69;
-constexpr std::chrono::seconds kPatience{3};
+constexpr std::chrono::seconds kTimeout{3};
 
 volatile std::sig_atomic_t must_end = 0;
 
@@ -42,6 +43,7 @@ class Reports {
       reports.health = *health;
       reports.health_received_ns = now_ns();
     }
+    std::erase_if(instruments_, [this](const auto& entry) { return !status_->has(entry.first); });
   }
 
   [[nodiscard]] std::string text() const { return tubed::metrics_text(instruments_, now_ns()); }
@@ -61,7 +63,7 @@ class Reports {
 };
 
 int print_once(Reports& reports) {
-  const auto until = steady_clock::now() + kPatience;
+  const auto until = steady_clock::now() + kTimeout;
   while (!reports.is_complete() && steady_clock::now() < until) {
     timespec pause{0, 20'000'000};
     nanosleep(&pause, nullptr);
@@ -72,40 +74,41 @@ int print_once(Reports& reports) {
 }
 
 int serve(Reports& reports, const std::string& where) {
-  const tubed::HttpServer server(where);
+  tubed::HttpServer server(where, [&] {
+    reports.take();
+    return reports.text();
+  });
   std::cerr << "tubed-exporter answers on http://" << where << "/metrics\n";
   while (must_end == 0) {
-    server.serve(milliseconds{200}, [&] {
-      reports.take();
-      return reports.text();
-    });
+    server.serve(milliseconds{200});
     reports.take();
   }
   return 0;
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Shows the health of a tubed to Prometheus. Research software, not a medical device.",
-               "tubed-exporter"};
+  tubed::Program program(
+      "Shows the health of a tubed to Prometheus. Research software, not a medical device.",
+      "tubed-exporter");
+  tubed::CommandLine app = program.command_line();
   tubed::Subscription subscription;
   std::string where = "127.0.0.1:9756";
   bool once = false;
-  app.add_option("--listen", where, "ADDRESS:PORT to answer on")->capture_default_str();
+  app.add_option("--listen", where, "ADDRESS:PORT to answer on").capture_default_str();
   app.add_flag("--once", once, "Print the metrics after one report of the daemon, and end");
   app.add_option("--domain", subscription.domain, "DDS domain of the daemon")
-      ->check(CLI::Range(0, 230))
-      ->capture_default_str();
+      .in_range(0, 230)
+      .capture_default_str();
   app.add_option("--partition", subscription.partition, "The room, as in the daemon's configuration");
   app.add_option("--interface", subscription.network_interface, "Network interface, name or address")
-      ->capture_default_str();
-  app.set_version_flag("--version", "tubed-exporter " TUBED_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kExitUsage;
-  }
+      .capture_default_str();
+  app.add_option("--security", subscription.security,
+                 "Folder with keys of its own, made by `tubectl keys`: DDS Security on");
+  program.set_version("tubed-exporter " TUBED_VERSION);
+  if (const auto ended = program.parse(argc, argv)) return *ended;
   std::signal(SIGTERM, [](int) { must_end = 1; });
   std::signal(SIGINT, [](int) { must_end = 1; });
+  tubed::limit_cyclone_log();
   Reports reports(subscription);
   return once ? print_once(reports) : serve(reports, where);
 }

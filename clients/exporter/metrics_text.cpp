@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/printable_text.hpp"
 #include "idl/validity.hpp"
 
 namespace tubed {
@@ -22,11 +23,12 @@ constexpr std::size_t kEdgeStep = 4;
 
 using Alive = std::vector<const InstrumentReports*>;
 
+/// Prometheus takes labels of UTF-8 only; a line break in one would be another metric.
 std::string escaped(std::string_view text) {
   std::string escaped;
-  for (const char letter : text) {
+  for (const char letter : printable_text(text)) {
     if (letter == '\\' || letter == '"') escaped += '\\';
-    escaped += letter == '\n' ? std::string("\\n") : std::string(1, letter);
+    escaped += letter;
   }
   return escaped;
 }
@@ -39,6 +41,15 @@ std::string number(double value) {
 
 std::string label(std::string_view name, std::string_view value) {
   return std::string(name) + "=\"" + escaped(value) + "\"";
+}
+
+std::string without_numbers(std::string_view words) {
+  std::string text;
+  for (const char letter : words) {
+    const bool is_digit = letter >= '0' && letter <= '9';
+    if (!is_digit || text.empty() || text.back() != '#') text += is_digit ? '#' : letter;
+  }
+  return text;
 }
 
 /// One family of metrics, written line by line.
@@ -161,13 +172,71 @@ void write_states(std::string& text, const Alive& alive) {
   }
 }
 
-void for_each_stage(const Alive& alive,
-                    const std::function<void(const std::string&, const tubed_StageHealth&)>& visit) {
+// TubeHealth carries what no stage counts as if it were one; see idl/README.md.
+constexpr std::string_view kDds = "dds";
+constexpr std::string_view kShmDoor = "shm-door";
+
+using Visit = std::function<void(const InstrumentReports&, const tubed_StageHealth&)>;
+
+void for_each_entry(const Alive& alive, const Visit& visit) {
   for (const InstrumentReports* reports : alive) {
     const std::size_t count =
         std::min<std::size_t>(reports->health.stage_count, std::size(reports->health.stages));
+    for (std::size_t i = 0; i < count; ++i) visit(*reports, reports->health.stages[i]);
+  }
+}
+
+void for_each_stage(const Alive& alive,
+                    const std::function<void(const std::string&, const tubed_StageHealth&)>& visit) {
+  for_each_entry(alive, [&](const InstrumentReports& reports, const tubed_StageHealth& stage) {
+    if (stage.name != kDds && stage.name != kShmDoor) visit(labels_of(reports, stage.name), stage);
+  });
+}
+
+/// Of the entry with that name, where there is one.
+void for_entry(std::string_view name, const Alive& alive, const Visit& visit) {
+  for_each_entry(alive, [&](const InstrumentReports& reports, const tubed_StageHealth& entry) {
+    if (entry.name == name) visit(reports, entry);
+  });
+}
+
+/// What the outside does: another writer, readers of shared memory, packets.
+void write_edges(std::string& text, const Alive& alive) {
+  Family rival(text, "tubed_rival_writer", "gauge", "1 while somebody else publishes this instrument too.");
+  for (const InstrumentReports* reports : alive) {
+    rival.add(labels_of(*reports), Reasons(reports->status.reasons).has(Reason::kRivalWriter) ? 1 : 0);
+  }
+  Family malformed(text, "tubed_malformed_packets_total", "counter", "Packets that DDS could not read.");
+  for_entry(kDds, alive, [&](const InstrumentReports& reports, const tubed_StageHealth& dds) {
+    malformed.add(labels_of(reports), static_cast<double>(dds.refused));
+  });
+  Family writes(text, "tubed_dds_writes_total", "counter",
+                "Samples given to DDS, of all topics, by outcome.");
+  for_entry(kDds, alive, [&](const InstrumentReports& reports, const tubed_StageHealth& dds) {
+    writes.add(labels_of(reports) + "," + label("outcome", "written"), static_cast<double>(dds.outputs));
+    writes.add(labels_of(reports) + "," + label("outcome", "refused"), static_cast<double>(dds.dropped));
+  });
+  Family readers(text, "tubed_shm_readers_total", "counter",
+                 "Programs that asked for the shared memory, by outcome; throttled: they came too often.");
+  for_entry(kShmDoor, alive, [&](const InstrumentReports& reports, const tubed_StageHealth& door) {
+    readers.add(labels_of(reports) + "," + label("outcome", "admitted"), static_cast<double>(door.outputs));
+    readers.add(labels_of(reports) + "," + label("outcome", "refused"), static_cast<double>(door.refused));
+    readers.add(labels_of(reports) + "," + label("outcome", "throttled"), static_cast<double>(door.dropped));
+  });
+}
+
+/// Of what is not well; numbers in the words become #, so that an age does not make a new series every
+/// second.
+void write_whys(std::string& text, const Alive& alive) {
+  Family why(text, "tubed_stage_why", "gauge",
+             "1 for a stage with something to say: an image refused, a source lost.");
+  for (const InstrumentReports* reports : alive) {
+    const std::size_t count =
+        std::min<std::size_t>(reports->status.stage_count, std::size(reports->status.stages));
     for (std::size_t i = 0; i < count; ++i) {
-      visit(labels_of(*reports, reports->health.stages[i].name), reports->health.stages[i]);
+      const tubed_StageStatus& stage = reports->status.stages[i];
+      if (stage.why[0] == '\0') continue;
+      why.add(labels_of(*reports, stage.name) + "," + label("why", without_numbers(stage.why)), 1);
     }
   }
 }
@@ -224,6 +293,8 @@ std::string metrics_text(const std::map<std::string, InstrumentReports>& instrum
   write_states(text, alive);
   write_stage_ages(text, alive);
   write_stages(text, alive);
+  write_whys(text, alive);
+  write_edges(text, alive);
   return text;
 }
 

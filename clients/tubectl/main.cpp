@@ -5,13 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "clients/cpp/limited_log.hpp"
 #include "clients/tubectl/verbs.hpp"
 
 namespace {
 
 /// One line a verb: who registers it, under which heading of --help it stands, and how it looks in use.
 struct Verb {
-  CLI::App* (*add)(CLI::App& app, int& exit_code);
+  tubed::CommandLine (*add)(tubed::CommandLine app, int& exit_code);
   const char* heading;
   const char* example;
 };
@@ -33,12 +34,13 @@ const std::vector<Verb> kVerbs{
     {tubed::add_evaluate, "Reconstruct and judge",
      "tubectl evaluate dev1_paper --em em.csv --fused filter.csv"},
     {tubed::add_explain, "Reconstruct and judge", "tubectl explain dev1_paper --image 42 --out explained"},
-    {tubed::add_grab, "Run the daemon", "tubectl grab dev1_paper --loop --socket /run/tubed/image-A.sock"},
+    {tubed::add_grab, "Run the daemon", "tubectl grab --video /dev/video0 --socket /run/tubed/image-A.sock"},
     {tubed::add_can_gateway, "Run the daemon", "tubectl can-gateway --serial /dev/tubed/aurora --can can0"},
     {tubed::add_doctor, "Run the daemon", "tubectl doctor"},
     {tubed::add_aurora_record, "Run the daemon",
      "tubectl aurora-record --serial /dev/tubed/aurora --interactive"},
     {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
+    {tubed::add_keys, "Run the daemon", "tubectl keys make-room keys --room OR-3"},
 };
 
 std::string examples() {
@@ -52,30 +54,27 @@ std::string examples() {
 
 int run(int argc, char** argv) {
   int exit_code = tubed::kExitOk;
-  CLI::App app{"Tracks, judges and configures from the command line what tubed sees of a catheter.",
-               "tubectl"};
-  app.set_version_flag("--version", "tubectl " TUBED_VERSION, "Print the version and leave");
-  app.get_formatter()->column_width(28);
-  app.require_subcommand(1);
-  app.footer(examples());
+  tubed::Program program("Tracks, judges and configures from the command line what tubed sees of a catheter.",
+                         "tubectl");
+  program.set_version("tubectl " TUBED_VERSION);
+  tubed::CommandLine app = program.command_line();
+  app.help_column(28).require_subcommand().footer(examples());
   for (const Verb& verb : kVerbs) {
-    verb.add(app, exit_code)->group(verb.heading)->footer("Example:\n  " + std::string(verb.example));
+    verb.add(app, exit_code).group(verb.heading).footer("Example:\n  " + std::string(verb.example));
   }
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? tubed::kExitOk : tubed::kExitUsage;
+    return program.parse(argc, argv).value_or(exit_code);
   } catch (const std::exception& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
     return tubed::kExitFailed;
   }
-  return exit_code;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
+    tubed::limit_cyclone_log();
     return run(argc, argv);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tubectl: %s\n", error.what());

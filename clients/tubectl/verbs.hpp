@@ -1,8 +1,8 @@
-// The verbs of tubectl, one file each. A verb registers itself; what it does runs when CLI11 has parsed its
-// arguments.
+// The verbs of tubectl, one file each. A verb registers itself; what it does runs when the command line has
+// been parsed.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "idl/command_line/command_line.hpp"
 
 namespace tubed {
 
@@ -15,24 +15,25 @@ inline constexpr int kExitUnavailable =
     69;  ///< something needed is not there: DDS, a daemon, a file to write
 
 // Each returns its subcommand and, when that ran, leaves one of the codes above in `exit_code`, which has to
-// outlive `app`. What goes wrong may also be thrown as std::exception: main prints it and exits with
-// kExitFailed.
-CLI::App* add_demo(CLI::App& app, int& exit_code);
-CLI::App* add_simulate(CLI::App& app, int& exit_code);
-CLI::App* add_radiograph(CLI::App& app, int& exit_code);
-CLI::App* add_aurora_emulator(CLI::App& app, int& exit_code);
-CLI::App* add_aurora_record(CLI::App& app, int& exit_code);
-CLI::App* add_can_gateway(CLI::App& app, int& exit_code);
-CLI::App* add_echo(CLI::App& app, int& exit_code);
-CLI::App* add_stat(CLI::App& app, int& exit_code);
-CLI::App* add_latency(CLI::App& app, int& exit_code);
-CLI::App* add_status(CLI::App& app, int& exit_code);
-CLI::App* add_top(CLI::App& app, int& exit_code);
-CLI::App* add_doctor(CLI::App& app, int& exit_code);
-CLI::App* add_reconstruct(CLI::App& app, int& exit_code);
-CLI::App* add_evaluate(CLI::App& app, int& exit_code);
-CLI::App* add_explain(CLI::App& app, int& exit_code);
-CLI::App* add_grab(CLI::App& app, int& exit_code);
-CLI::App* add_configure(CLI::App& app, int& exit_code);
+// outlive the command line. What goes wrong may also be thrown as std::exception: main prints it and exits
+// with kExitFailed.
+CommandLine add_demo(CommandLine app, int& exit_code);
+CommandLine add_simulate(CommandLine app, int& exit_code);
+CommandLine add_radiograph(CommandLine app, int& exit_code);
+CommandLine add_aurora_emulator(CommandLine app, int& exit_code);
+CommandLine add_aurora_record(CommandLine app, int& exit_code);
+CommandLine add_can_gateway(CommandLine app, int& exit_code);
+CommandLine add_echo(CommandLine app, int& exit_code);
+CommandLine add_stat(CommandLine app, int& exit_code);
+CommandLine add_latency(CommandLine app, int& exit_code);
+CommandLine add_status(CommandLine app, int& exit_code);
+CommandLine add_top(CommandLine app, int& exit_code);
+CommandLine add_doctor(CommandLine app, int& exit_code);
+CommandLine add_reconstruct(CommandLine app, int& exit_code);
+CommandLine add_evaluate(CommandLine app, int& exit_code);
+CommandLine add_explain(CommandLine app, int& exit_code);
+CommandLine add_grab(CommandLine app, int& exit_code);
+CommandLine add_configure(CommandLine app, int& exit_code);
+CommandLine add_keys(CommandLine app, int& exit_code);
 
 }  // namespace tubed

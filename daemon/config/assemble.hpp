@@ -12,7 +12,7 @@ using Problems = std::vector<ConfigurationProblem>;
 
 /// [daemon], [realtime] and the back-off of [em].
 PipelineSettings pipeline_settings(const CheckedTable& file, Problems& problems);
-DdsSettings dds_settings(const CheckedTable& file);
+DdsSettings dds_settings(const CheckedTable& file, const std::filesystem::path& folder);
 /// Relative paths are relative to `folder`, the configuration's.
 ShmSettings shm_settings(const CheckedTable& file, const std::filesystem::path& folder);
 FrangiSettings frangi_settings(const CheckedTable& file);
@@ -31,6 +31,11 @@ SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
 /// Where the EM driver tells coils apart by their ports, every coil has to say its port.
 void check_coil_ports(const CheckedTable& file, const std::vector<DriverDescription>& available,
                       Problems& problems);
+
+/// The cameras of the room become those of the pictures that their drivers deliver: crop, decimation,
+/// rotation. Nothing happens while there are problems.
+void deliver_cameras(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                     Configuration& configuration, Problems& problems);
 
 /// What is allowed but unusual: sources of different origin, two instruments on one sensor, tables nobody
 /// uses.

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "daemon/config/assemble.hpp"
+#include "idl/geometry/c_arm.hpp"
 
 namespace tubed {
 
@@ -24,19 +25,28 @@ RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems
   return transform.value_or(RigidTransform::Identity());
 }
 
+void check_distances(const CheckedTable& table, const CArm& c_arm, Problems& problems) {
+  if (table.has("source_isocentre_mm") && table.has("source_detector_mm") &&
+      c_arm.source_isocentre_mm >= c_arm.source_detector_mm) {
+    problems.push_back({table.at("source_isocentre_mm").position, table.path_of("source_isocentre_mm"),
+                        "expected less than source_detector_mm, " + to_toml(c_arm.source_detector_mm) +
+                            " mm, found " + to_toml(c_arm.source_isocentre_mm)});
+  }
+}
+
 CameraCalibration camera_calibration(const CheckedTable& table, Problems& problems) {
   CameraCalibration camera;
-  camera.name = table.get<std::string>("name");
-  camera.width = static_cast<int>(table.get<std::int64_t>("width"));
-  camera.height = static_cast<int>(table.get<std::int64_t>("height"));
-  camera.fx = table.get<double>("fx");
-  camera.fy = table.get<double>("fy");
-  camera.cx = table.get<double>("cx");
-  camera.cy = table.get<double>("cy");
-  std::copy_n(table.get<std::vector<double>>("distortion").begin(), camera.distortion.size(),
-              camera.distortion.begin());
-  camera.white_level = table.get<double>("white_level");
-  camera.T_camera_world = rigid(table, "T_camera_world", problems);
+  read_keys(table, camera_keys(), camera);
+  const CheckedTable& c_arm_table = table.one("c_arm");
+  if (!c_arm_table.given) {
+    camera.T_camera_world = rigid(table, "T_camera_world", problems);
+    return camera;
+  }
+  CArm c_arm;
+  read_keys(c_arm_table, c_arm_keys(), c_arm);
+  c_arm.T_c_arm_world = rigid(c_arm_table, "T_c_arm_world", problems);
+  check_distances(c_arm_table, c_arm, problems);
+  place(c_arm, camera);
   return camera;
 }
 
@@ -49,14 +59,9 @@ std::optional<std::uint32_t> serial_number(const std::string& digits) {
 
 CoilPlacement coil_placement(const CheckedTable& table) {
   CoilPlacement coil;
-  coil.sensor = static_cast<int>(table.get<std::int64_t>("sensor"));
-  coil.offset_from_tip_mm = table.get<double>("offset_from_tip_mm");
-  coil.flipped = table.get<bool>("flipped");
-  coil.port = table.has("port") ? static_cast<int>(table.get<std::int64_t>("port")) : 0;
-  coil.channel = table.has("channel") ? static_cast<int>(table.get<std::int64_t>("channel")) : 0;
+  read_keys(table, coil_keys(), coil);
   coil.tool_serial =
       table.has("tool_serial") ? serial_number(table.get<std::string>("tool_serial")) : std::nullopt;
-  coil.tool_part_number = table.has("tool_part_number") ? table.get<std::string>("tool_part_number") : "";
   return coil;
 }
 
@@ -143,9 +148,7 @@ void check_plugs(const CheckedTable& file, Problems& problems) {
 
 InstrumentDescription instrument_description(const CheckedTable& table, Problems& problems) {
   InstrumentDescription instrument;
-  instrument.id = table.get<std::string>("id");
-  instrument.diameter_mm = table.get<double>("diameter_mm");
-  instrument.length_mm = table.get<double>("length_mm");
+  read_keys(table, instrument_keys(), instrument);
   for (const CheckedTable& coil : table.many("coil")) {
     instrument.coils.push_back(coil_placement(coil));
   }

@@ -7,19 +7,6 @@ namespace tubed {
 
 namespace {
 
-SettingValue setting_value(const ConfigurationValue& value) {
-  if (const auto* boolean = std::get_if<bool>(&value)) {
-    return *boolean;
-  }
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    return *integer;
-  }
-  if (const auto* real = std::get_if<double>(&value)) {
-    return *real;
-  }
-  return std::get<std::string>(value);
-}
-
 const char* name_of_origin(Origin origin) {
   switch (origin) {
     case Origin::kSimulated:
@@ -94,17 +81,38 @@ SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
   }
   const CheckedTable& table = file.one(driver->name);
   std::map<std::string, SettingValue> values;
-  for (const SettingDescription& setting : driver->settings) {
+  for (const KeyDescription& setting : driver->settings) {
     const CheckedValue& value = table.at(setting.name);
     if (value.state == ValueState::kAbsent) {
       problems.push_back({table.given ? table.position : owner.at("driver").position,
                           table.path_of(setting.name),
                           "missing, " + owner.path_of("driver") + " = \"" + driver->name + "\" requires it"});
     }
-    values.emplace(setting.name, setting_value(value.value));
+    values.emplace(setting.name, value.value);
   }
   choice.settings = DriverSettings(std::move(values));
   return choice;
+}
+
+void deliver_cameras(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                     Configuration& configuration, Problems& problems) {
+  if (!problems.empty()) {
+    return;
+  }
+  for (std::size_t index = 0; index < configuration.image_sources.size(); ++index) {
+    SourceChoice& source = configuration.image_sources[index];
+    const DriverDescription* driver = find_driver(available, source.driver);
+    if (driver == nullptr || !driver->deliver_camera) {
+      continue;
+    }
+    const std::string fault = driver->deliver_camera(configuration.room.cameras.at(index), source.settings);
+    if (!fault.empty()) {
+      const CheckedTable& camera = file.many("camera").at(index);
+      const CheckedTable& table = file.one(driver->name);
+      problems.push_back({table.given ? table.position : camera.position,
+                          camera.path + " with [" + driver->name + "]", fault});
+    }
+  }
 }
 
 void check_coil_ports(const CheckedTable& file, const std::vector<DriverDescription>& available,

@@ -1,4 +1,5 @@
 // The file against the schema: which tables and keys there are, and which there should be.
+#include <toml++/toml.h>
 #include <algorithm>
 #include <utility>
 
@@ -10,19 +11,6 @@ namespace {
 
 std::string bracketed(const TableDescription& table, const std::string& dotted) {
   return table.shape == TableShape::kMany ? "[[" + dotted + "]]" : "[" + dotted + "]";
-}
-
-// The path as it stands in a header: camera[1].coil becomes camera.coil.
-std::string header_path(const std::string& path) {
-  std::string header;
-  bool inside = false;
-  for (const char c : path) {
-    inside = c == '[' || (inside && c != ']');
-    if (!inside && c != ']') {
-      header += c;
-    }
-  }
-  return header;
 }
 
 std::string joined(const std::string& path, const std::string& name) {
@@ -54,13 +42,18 @@ class FileCheck {
 
   CheckedValue value(const toml::table& node, const KeyDescription& key, const CheckedTable& table,
                      const TableDescription& description) {
+    const bool is_replaced = !key.replaced_by.empty() && node.contains(key.replaced_by);
     if (const toml::node* found = node.get(key.name)) {
+      if (is_replaced) {
+        add(position_of(*found), table.path_of(key.name),
+            "means nothing beside " + table.path_of(key.replaced_by) + ": expected one of the two");
+      }
       return check_value(*found, key, table.path_of(key.name), problems_);
     }
     if (key.presence == Presence::kDefault) {
       return {key.default_value, ValueState::kDefault, table.position};
     }
-    if (key.presence == Presence::kOptional || description.only_when_used) {
+    if (key.presence == Presence::kOptional || description.only_when_used || is_replaced) {
       return {key.default_value, ValueState::kAbsent, table.position};
     }
     add(table.position, table.path_of(key.name), "missing, expected " + expectation(key));

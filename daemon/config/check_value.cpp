@@ -1,4 +1,5 @@
 // One value of the file against one row of the schema.
+#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -6,12 +7,11 @@
 
 #include "daemon/config/checked_table.hpp"
 #include "daemon/config/near_miss.hpp"
+#include "idl/printable_text.hpp"
 
 namespace tubed {
 
 namespace {
-
-bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
 // Checks one value; nothing means that a problem was noted.
 class ValueCheck {
@@ -19,12 +19,12 @@ class ValueCheck {
   ValueCheck(const KeyDescription& key, std::string path, std::vector<ConfigurationProblem>& problems)
       : key_(key), path_(std::move(path)), problems_(problems) {}
 
-  std::optional<ConfigurationValue> value(const toml::node& node) {
+  std::optional<SettingValue> value(const toml::node& node) {
     return std::visit([&](const auto& of_type) { return read(node, of_type); }, key_.default_value);
   }
 
  private:
-  using Outcome = std::optional<ConfigurationValue>;
+  using Outcome = std::optional<SettingValue>;
 
   std::nullopt_t wrong(const toml::node& node, const std::string& message, const std::string& where = "") {
     problems_.push_back({position_of(node), path_ + where, message});
@@ -106,7 +106,7 @@ class ValueCheck {
       return "expected at most " + std::to_string(rule.maximum_bytes) + " bytes of text, got " +
              std::to_string(text.size());
     }
-    if (std::any_of(text.begin(), text.end(), is_control)) {
+    if (printable_text(text) != text) {
       return "expected printable characters only";
     }
     if (rule.ascii_only &&
@@ -209,20 +209,9 @@ std::string index_text(std::size_t index) {
 }
 
 std::string printable(std::string_view text) {
-  constexpr std::size_t kMost = 60;
-  std::string shown(text.substr(0, kMost));
-  std::replace_if(shown.begin(), shown.end(), is_control, '?');
-  if (text.size() <= kMost) {
-    return shown;
-  }
-  // A character of several bytes that was cut in two goes as a whole.
-  while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U) {
-    shown.pop_back();
-  }
-  if (!shown.empty() && static_cast<unsigned char>(shown.back()) >= 0xC0U) {
-    shown.pop_back();
-  }
-  return shown + "...";
+  constexpr std::size_t kMaxBytes = 60;
+  const std::string shown = printable_text(text);
+  return shown.size() <= kMaxBytes ? shown : printable_text(text, kMaxBytes) + "...";
 }
 
 std::string found_text(const toml::node& node) {

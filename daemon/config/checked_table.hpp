@@ -1,7 +1,7 @@
 // A table of the file after it was held against the schema: typed values with their places.
 #pragma once
 
-#include <toml++/toml.h>
+#include <toml++/impl/forward_declarations.h>
 
 #include <map>
 #include <stdexcept>
@@ -11,6 +11,7 @@
 
 #include "daemon/config/configuration_error.hpp"
 #include "daemon/config/schema.hpp"
+#include "idl/settings/bound_key.hpp"
 
 namespace tubed {
 
@@ -23,7 +24,7 @@ enum class ValueState {
 };
 
 struct CheckedValue {
-  ConfigurationValue value;  ///< the default when absent or faulty
+  SettingValue value;  ///< the default when absent or faulty
   ValueState state = ValueState::kDefault;
   FilePosition position;  ///< of the value; of the table when it is not in the file
 };
@@ -59,6 +60,20 @@ class CheckedTable {
   }
 };
 
+/// Sets the members that the keys of this table are bound to. A key that is left out and has no default
+/// leaves its member alone, and so does an optional one that is faulty.
+template <typename Settings>
+void read_keys(const CheckedTable& table, const BoundKeys<Settings>& keys, Settings& settings) {
+  for (const BoundKey<Settings>& bound : keys) {
+    const CheckedValue& value = table.at(bound.key.name);
+    const bool is_unknown = value.state == ValueState::kAbsent ||
+                            (value.state == ValueState::kFaulty && bound.key.presence == Presence::kOptional);
+    if (bound.set && !is_unknown) {
+      bound.set(settings, value.value);
+    }
+  }
+}
+
 /// Holds a parsed file against `schema` and adds what is wrong to `problems`.
 CheckedTable check_file(const toml::table& file, const TableDescription& schema,
                         std::vector<ConfigurationProblem>& problems);
@@ -78,7 +93,7 @@ std::string found_text(const toml::node& node);
 /// "[3]", as it follows the name of a list.
 std::string index_text(std::size_t index);
 
-/// At most 60 bytes of `text`, control characters replaced by '?'.
+/// At most 60 bytes of `text` as it may be shown (printable_text.hpp); "..." behind what was cut.
 std::string printable(std::string_view text);
 
 }  // namespace tubed

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/config/configuration_error.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
@@ -13,6 +14,7 @@
 #include "daemon/publishing/shm_settings.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/room.hpp"
+#include "idl/settings/bound_key.hpp"
 
 namespace tubed {
 
@@ -31,6 +33,7 @@ struct Configuration {
 
   PipelineSettings pipeline;
   DdsSettings dds;
+  FilePosition security_position;  ///< of dds.security, for what is wrong with the files there
   ShmSettings shm;
   FrangiSettings frangi;
   RoomDescription room;
@@ -44,5 +47,19 @@ struct Configuration {
   /// Allowed, but worth a line in the log: each starts with file:line:column and names the key.
   std::vector<std::string> warnings;
 };
+
+/// Keys of [daemon].
+inline BoundKeys<Configuration> log_keys() {
+  BoundKey<Configuration> level = key::word("log_level", &Configuration::log_level,
+                                            {{"trace", "trace"},
+                                             {"debug", "debug"},
+                                             {"info", "info"},
+                                             {"warning", "warning"},
+                                             {"error", "error"},
+                                             {"critical", "critical"}},
+                                            "the least important messages that are logged");
+  level.key.takes_effect = TakesEffect::kAtOnce;
+  return {level};
+}
 
 }  // namespace tubed

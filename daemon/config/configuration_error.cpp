@@ -4,6 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "idl/printable_text.hpp"
+
 namespace tubed {
 
 namespace {
@@ -26,8 +28,9 @@ std::string all_lines(const std::string& file, const std::vector<ConfigurationPr
 }  // namespace
 
 std::string to_line(const std::string& file, const ConfigurationProblem& problem) {
-  return file + ":" + std::to_string(problem.position.line) + ":" + std::to_string(problem.position.column) +
-         ": " + (problem.key.empty() ? "" : problem.key + ": ") + problem.message;
+  return printable_text(file) + ":" + std::to_string(problem.position.line) + ":" +
+         std::to_string(problem.position.column) + ": " + (problem.key.empty() ? "" : problem.key + ": ") +
+         problem.message;
 }
 
 ConfigurationError::ConfigurationError(const std::string& file, std::vector<ConfigurationProblem> problems)

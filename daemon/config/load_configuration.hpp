@@ -14,12 +14,14 @@ namespace tubed {
 
 /// Reads and checks `file`. Throws ConfigurationError with everything that was found wrong: a file that
 /// cannot be read, a TOML syntax error (then only that), unknown keys, tables and words, wrong types, values
-/// out of range, missing keys, combinations that cannot work. `available` says which drivers, and so which
+/// out of range, missing keys, combinations that cannot work, users, groups and folders of sockets that this
+/// machine does not have. `available` says which drivers, and so which
 /// driver tables and keys, exist.
 Configuration load_configuration(const std::filesystem::path& file,
                                  const std::vector<DriverDescription>& available = drivers());
 
-/// The same from text; `file` only names it in messages and tells what relative paths are relative to.
+/// The same from text and without a look at this machine; `file` only names it in messages and tells what
+/// relative paths are relative to.
 Configuration parse_configuration(std::string_view text, const std::filesystem::path& file,
                                   const std::vector<DriverDescription>& available = drivers());
 

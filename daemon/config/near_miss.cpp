@@ -8,7 +8,7 @@ namespace tubed {
 namespace {
 
 // Longer words are not mistyped keys, and the distance costs the product of the lengths.
-constexpr std::size_t kLongestWord = 64;
+constexpr std::size_t kMaxWord = 64;
 
 std::string lower_case(std::string_view word) {
   std::string lower(word);
@@ -43,7 +43,7 @@ int edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::optional<std::string> near_miss(std::string_view word, const std::vector<std::string>& candidates) {
-  if (word.empty() || word.size() > kLongestWord) {
+  if (word.empty() || word.size() > kMaxWord) {
     return std::nullopt;
   }
   const std::string lower = lower_case(word);

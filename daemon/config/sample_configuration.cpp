@@ -1,7 +1,7 @@
 #include "daemon/config/sample_configuration.hpp"
 
 #include <algorithm>
-#include <map>
+#include <utility>
 
 #include "daemon/config/schema.hpp"
 
@@ -9,46 +9,23 @@ namespace tubed {
 
 namespace {
 
-/// What the sample says where the schema has no default, by dotted path.
-const std::map<std::string, std::string>& examples() {
-  static const std::map<std::string, std::string> values = {
-      {"em.driver", "\"simulation\""},
-      {"em.T_world_em", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"},
-      {"em.registration_residual_mm", "1.0"},
-      {"camera.name", "\"A\""},
-      {"camera.width", "400"},
-      {"camera.height", "600"},
-      {"camera.fx", "2000.0"},
-      {"camera.fy", "2000.0"},
-      {"camera.cx", "200.0"},
-      {"camera.cy", "300.0"},
-      {"camera.T_camera_world", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]"},
-      {"camera.driver", "\"simulation\""},
-      {"instrument.id", "\"cath-1\""},
-      {"instrument.mode", "\"filter\""},
-      {"replay.folder", "\"/path/to/a/sequence\""}};
-  return values;
-}
-
-/// Optional keys that the sample does give.
-bool is_given(const std::string& path) { return path == "em.T_world_em"; }
-
-/// The sample's sources are all of one driver.
-bool is_used(const TableDescription& driver) { return examples().at("em.driver") == '"' + driver.name + '"'; }
-
 class SampleWriter {
  public:
+  /// The sample's sources are all of driver `used`, as it stands in the file.
+  explicit SampleWriter(std::string used) : used_(std::move(used)) {}
+
   std::string text() && { return std::move(text_); }
 
   void table(const TableDescription& table, const std::string& parent, bool commented) {
     const std::string path = parent.empty() ? table.name : parent + "." + table.name;
     const char* open = table.shape == TableShape::kMany ? "[[" : "[";
     const char* close = table.shape == TableShape::kMany ? "]]" : "]";
-    const bool is_comment = commented || (table.only_when_used && !is_used(table));
-    text_ += "\n# " + table.meaning + (is_comment ? " (when a source uses it)" : "") + "\n";
+    const bool is_unused = table.only_when_used && used_ != '"' + table.name + '"';
+    const bool is_comment = commented || is_unused || table.is_alternative;
+    text_ += "\n# " + table.meaning + (is_unused ? " (when a source uses it)" : "") + "\n";
     text_ += (is_comment ? "# " : "") + (open + path) + close + "\n";
     for (const KeyDescription& key : table.keys) {
-      this->key(key, path, is_comment);
+      this->key(key, is_comment);
     }
     for (const TableDescription& inner : table.tables) {
       if (path + "." + inner.name == "instrument.coil") {
@@ -65,16 +42,15 @@ class SampleWriter {
     return key.name == "cpus" ? "a list of integers" : expectation(key);
   }
 
-  void key(const KeyDescription& key, const std::string& path, bool commented) {
-    const std::string full = path + "." + key.name;
-    const auto example = examples().find(full);
+  /// An optional key stands as a comment, unless it has an example.
+  void key(const KeyDescription& key, bool commented) {
     const bool has_default = key.presence == Presence::kDefault;
-    const std::string value =
-        example != examples().end() && !has_default ? example->second : to_toml(key.default_value);
-    const bool is_comment = commented || (key.presence == Presence::kOptional && !is_given(full));
+    const std::string value = key.example.empty() ? to_toml(key.default_value) : key.example;
+    const bool is_comment = commented || (key.presence == Presence::kOptional && key.example.empty());
     const std::string assignment = (is_comment ? "# " : "") + key.name + " = " + value;
     text_ += "# " + key.meaning + "; " + takes(key) +
-             (has_default ? "" : (key.presence == Presence::kRequired ? "; required" : "; may be left out"));
+             (has_default ? "" : (key.presence == Presence::kRequired ? "; required" : "; may be left out")) +
+             (key.replaced_by.empty() ? "" : " unless there is [camera." + key.replaced_by + "]");
     text_ += "\n" + assignment + "\n";
   }
 
@@ -100,14 +76,22 @@ class SampleWriter {
     }
   }
 
+  std::string used_;
   std::string text_;
 };
+
+const KeyDescription& em_driver(const TableDescription& file) {
+  const auto named = [](const char* name) { return [name](const auto& one) { return one.name == name; }; };
+  const auto em = std::find_if(file.tables.begin(), file.tables.end(), named("em"));
+  return *std::find_if(em->keys.begin(), em->keys.end(), named("driver"));
+}
 
 }  // namespace
 
 std::string sample_configuration(const std::vector<DriverDescription>& available) {
-  SampleWriter writer;
-  for (const TableDescription& table : configuration_schema(available).tables) {
+  const TableDescription file = configuration_schema(available);
+  SampleWriter writer(em_driver(file).example);
+  for (const TableDescription& table : file.tables) {
     writer.table(table, "", false);
   }
   return "# tubed's configuration: every key, with what it takes and its default. Runs as it is, without "

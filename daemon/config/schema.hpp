@@ -1,51 +1,16 @@
-// Every table and key of the configuration file, described once. Checks, defaults, messages, the sample file
-// and the documentation all come from these rows.
+// Every table of the configuration file with its keys. The keys themselves are described beside the structs
+// that they set (idl/settings/bound_key.hpp), those of a driver in the driver.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <string>
-#include <variant>
+#include <string_view>
 #include <vector>
 
 #include "drivers/driver_registry/driver_registry.hpp"
+#include "idl/settings/key_description.hpp"
 
 namespace tubed {
-
-/// A value of the file, by the type its key asks for.
-using ConfigurationValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::int64_t>,
-                                        std::vector<double>, Eigen::Matrix4d>;
-
-enum class Presence {
-  kDefault,   ///< may be left out: then it is the default
-  kRequired,  ///< has no default
-  kOptional,  ///< may be left out: then it is not known
-};
-
-/// What a text may consist of, beside the rule that no text has control characters.
-struct TextRule {
-  std::size_t minimum_bytes = 0;
-  std::size_t maximum_bytes = 4096;
-  bool ascii_only = false;
-  std::string forbidden{};  ///< characters it must not contain
-};
-
-/// One key: the alternative held by `default_value` is its type.
-struct KeyDescription {
-  std::string name{};
-  ConfigurationValue default_value{};  ///< an empty value of the type when there is no default
-  Presence presence = Presence::kDefault;
-  std::string unit{};                                         ///< "mm", "px", ...; empty = none
-  double minimum = -std::numeric_limits<double>::infinity();  ///< of a number, or of each number of a list
-  double maximum = std::numeric_limits<double>::infinity();
-  std::size_t minimum_count = 0;  ///< of the numbers of a list
-  std::size_t maximum_count = std::numeric_limits<std::size_t>::max();
-  std::vector<std::string> choices{};  ///< of a text: the only ones allowed; empty = any
-  TextRule text{};
-  std::string meaning{};  ///< one line for a person
-};
 
 enum class TableShape {
   kOne,   ///< [name]
@@ -62,15 +27,17 @@ struct TableDescription {
   std::vector<TableDescription> tables{};
   bool only_when_used =
       false;  ///< required keys may be missing (a driver's table without a source that uses it)
+  bool is_alternative = false;  ///< replaces keys beside it: the sample file shows it as a comment
 };
 
 /// The file as a whole: a table without a name. The tables of `available` drivers are part of it.
 TableDescription configuration_schema(const std::vector<DriverDescription>& available);
 
-/// "an integer from 1 to 16", "a real number from 0 to 5000 ms", "em or joint": what a key takes, in words.
-std::string expectation(const KeyDescription& key);
+/// The path as it stands in a header: camera[1].coil becomes camera.coil.
+std::string header_path(std::string_view path);
 
-/// A value as it stands in the file: 30.0, "lo", [1.0, 1.5].
-std::string to_toml(const ConfigurationValue& value);
+/// Does a change of this key take effect without a restart? `path` as changed_keys() has it:
+/// "daemon.log_level", "camera[1].fx"; false for a key that is not described.
+bool takes_effect_at_once(const TableDescription& file, std::string_view path);
 
 }  // namespace tubed

@@ -19,10 +19,10 @@ AreaPrediction::AreaPrediction(const CameraCalibration& camera, const FrangiSett
   predicted_.area = ImageArea(camera.width, camera.height);
 }
 
-void AreaPrediction::begin(MonotonicTime instant, std::chrono::nanoseconds patience) {
+void AreaPrediction::begin(MonotonicTime instant, std::chrono::nanoseconds timeout) {
   predicted_.area.clear();
-  predicted_.until = instant + patience;
-  motion_mm_ = kTubeSpeed_mm_s * std::chrono::duration<double>(patience).count();
+  predicted_.until = instant + timeout;
+  motion_mm_ = kTubeSpeed_mm_s * std::chrono::duration<double>(timeout).count();
 }
 
 AreaPrediction::Place AreaPrediction::place_of(const CentrelinePoint& point, double reach_px) const {

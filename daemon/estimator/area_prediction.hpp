@@ -2,8 +2,8 @@
 #pragma once
 
 #include "daemon/estimator/estimator.hpp"
-#include "daemon/geometry/camera.hpp"
 #include "daemon/image/vesselness_meter.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 
@@ -24,8 +24,11 @@ class AreaPrediction {
   /// What to give the estimators with the image they are asked about; lives as long as this.
   ImageOnDemand& on_demand() { return on_demand_; }
 
-  /// Begins the prediction for images until `instant` + `patience`.
-  void begin(MonotonicTime instant, std::chrono::nanoseconds patience);
+  /// The view stood so when its newest image was taken: the next one is expected to be taken from there.
+  void look_from(const std::optional<ViewGeometry>& geometry) { camera_.look_from(geometry); }
+
+  /// Begins the prediction for images until `instant` + `timeout`.
+  void begin(MonotonicTime instant, std::chrono::nanoseconds timeout);
 
   /// Adds where the tube of `estimate` will be read by the estimator that made it.
   void add(const ImageNeed& need, const TubeEstimate& estimate);

@@ -17,6 +17,8 @@ void CoilUpdate::add(const Rows& rows, const Eigen::Vector3d& residual_at_C, con
   rows_[static_cast<std::size_t>(count_)] = rows;
   auto covariance = PHt_.middleCols<3>(3 * count_);
   Eigen::Vector3d departure = rows.scale * (m.col(rows.further) - C.col(rows.further));
+  // P H^T column by column. H has four blocks w_k G at the coefficients and scale I at the coil's own error;
+  // the residual is whitened, so that R = I.
   covariance = rows.scale * P.middleCols<3>(3 * rows.further);
   for (int k = 0; k < 4; ++k) {
     const int column = rows.first + k;
@@ -24,8 +26,24 @@ void CoilUpdate::add(const Rows& rows, const Eigen::Vector3d& residual_at_C, con
     covariance.noalias() += P.middleCols<3>(3 * column) * gradient.transpose();
     departure += gradient * (m.col(column) - C.col(column));
   }
+  // nu = -(r(C) + H (m - C)): linearised at C, which is not the mean m.
   innovation_.segment<3>(3 * count_) = -(residual_at_C + departure);
   ++count_;
+}
+
+// S = H P H^T + I.
+void CoilUpdate::fill_innovation_covariance(Eigen::Index n) {
+  auto S = S_.topLeftCorner(n, n);
+  for (Eigen::Index a = 0; a < count_; ++a) {
+    const Rows& rows = rows_[static_cast<std::size_t>(a)];
+    auto band = S.middleRows<3>(3 * a);
+    band = rows.scale * PHt_.block(3 * rows.further, 0, 3, n);
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
+      band.noalias() += gradient * PHt_.block(3 * (rows.first + k), 0, 3, n);
+    }
+  }
+  S.diagonal().array() += 1;
 }
 
 bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double sigma_position_mm,
@@ -56,17 +74,9 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
     return true;
   }
   const Eigen::Index n = 3 * count_;
+  fill_innovation_covariance(n);
   auto S = S_.topLeftCorner(n, n);
-  for (Eigen::Index a = 0; a < count_; ++a) {
-    const Rows& rows = rows_[static_cast<std::size_t>(a)];
-    auto band = S.middleRows<3>(3 * a);
-    band = rows.scale * PHt_.block(3 * rows.further, 0, 3, n);
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
-      band.noalias() += gradient * PHt_.block(3 * (rows.first + k), 0, 3, n);
-    }
-  }
-  S.diagonal().array() += 1;
+  // S = L L^T and Y = L^-1 H P: the gain times nu is Y^T (L^-1 nu), and the new covariance P - Y^T Y.
   Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(S);
   if (cholesky.info() != Eigen::Success) {
     return false;

@@ -40,6 +40,7 @@ class CoilUpdate {
 
   void add(const Rows& rows, const Eigen::Vector3d& residual_at_C, const Eigen::Matrix3Xd& C,
            const Eigen::Matrix3Xd& m, const Eigen::MatrixXd& P);
+  void fill_innovation_covariance(Eigen::Index n);
 
   std::array<Rows, 2 * kMaxCoils> rows_;
   Eigen::Index count_ = 0;  ///< of rows_ in use

@@ -10,7 +10,10 @@
 namespace tubed {
 
 /// One matrix at a time, of a size fixed in the constructor, which takes all memory. By Cholesky's factor L;
-/// the inverse is L^-T L^-1, where the zeros of the triangles are skipped.
+/// the inverse is L^-T L^-1, where the zeros of the triangles are skipped. Of 114 x 114, Eigen's LLT compiled
+/// for any x86-64 takes 51 us of CPU to factorise and solve and 357 us for the inverse; this takes 19 and
+/// 31 us, choosing the vector instructions at run time (medians of 5, `./run bench factorisations
+/// --benchmark_repetitions=5`).
 class DenseCholesky {
  public:
   using Lower = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;

@@ -6,7 +6,7 @@ bool EmHistory::add(const EmFrame& frame) {
   if (size_ > 0 && frame.measured <= from_newest(0).measured) {
     return false;
   }
-  patience_.saw(frame.measured, frame.received);
+  timeout_.saw(frame.measured, frame.received);
   frames_[next_] = frame;
   next_ = (next_ + 1) % kCapacity;
   size_ = size_ < kCapacity ? size_ + 1 : kCapacity;

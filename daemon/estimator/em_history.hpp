@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "daemon/estimator/em_patience.hpp"
+#include "daemon/estimator/em_timeout.hpp"
 #include "drivers/interface/em_source.hpp"
 
 namespace tubed {
@@ -24,9 +24,9 @@ class EmHistory {
   /// The measurement `steps` before `frame` (which must be of this history); nullptr when it is gone.
   [[nodiscard]] const EmFrame* before(const EmFrame* frame, std::size_t steps) const;
 
-  /// Age of the newest measurement from which on they are stale, `most` at most: see EmPatience.
-  [[nodiscard]] std::chrono::nanoseconds patience(std::chrono::nanoseconds most) const {
-    return patience_.patience(most);
+  /// Age of the newest measurement from which on they are stale, `most` at most: see EmTimeout.
+  [[nodiscard]] std::chrono::nanoseconds timeout(std::chrono::nanoseconds most) const {
+    return timeout_.timeout(most);
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -38,7 +38,7 @@ class EmHistory {
   }
 
   std::array<EmFrame, kCapacity> frames_;
-  EmPatience patience_;
+  EmTimeout timeout_;
   std::size_t next_ = 0;
   std::size_t size_ = 0;
 };

@@ -20,17 +20,20 @@ struct Observation {
   MonotonicTime now{};            ///< the moment of asking, for ages
   bool is_image_instant = false;  ///< an exposure (or an announced instant without radiation) is the reason
   const EmHistory* em = nullptr;  ///< never nullptr
-  /// Per camera the image of this very instant; nullptr where there is none.
-  std::array<const ImageMeasurement*, kMaxCameras> images{};
-  /// Of each image where not everything is measured: who measures more of it. nullptr where nobody does;
+  /// Per camera the image of this very instant; nullptr where there is none. Not const, because an estimator
+  /// may filter more of it: ImageOnDemand::filter_missing(), which takes it by name, is all that changes it.
+  std::array<ImageMeasurement*, kMaxCameras> images{};
+  /// Of each image where not everything is measured: what filters more of it. nullptr where nothing does;
   /// what is not measured then is not in view.
   std::array<ImageOnDemand*, kMaxCameras> on_demand{};
   /// Newest instant at which any camera delivered pixels that were measured; zero = never.
   MonotonicTime newest_image{};
   /// Images older than this are stale.
-  std::chrono::nanoseconds image_patience{0};
+  std::chrono::nanoseconds image_timeout{0};
   bool fluoroscopy_off = false;  ///< the newest word of the image sources: no radiation
   bool image_rejected = false;   ///< the newest image was refused
+  /// A camera is not, or may not be, where its pose says; its images are left out.
+  bool geometry_changed = false;
 };
 
 /// What an estimator is going to read of the next image.

@@ -36,6 +36,8 @@ void project_lines_of(const LineCamera& camera, const LineRows& rows, const Line
     const auto per_depth = hn::Div(one, hn::IfThenElse(in_front, depth, one));
     const auto x = hn::Mul(row(0), per_depth);
     const auto y = hn::Mul(row(1), per_depth);
+    // Brown's distortion (OpenCV's order k1, k2, p1, p2, k3): xd = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x
+    // y + p2 (r^2 + 2 x^2).
     const auto r2 = hn::MulAdd(x, x, hn::Mul(y, y));
     const auto radial = hn::MulAdd(r2, hn::MulAdd(r2, hn::MulAdd(r2, set(k3), set(k2)), set(k1)), one);
     const auto slope = hn::MulAdd(r2, hn::MulAdd(r2, set(3 * k3), set(2 * k2)), set(k1));
@@ -45,6 +47,7 @@ void project_lines_of(const LineCamera& camera, const LineRows& rows, const Line
         x, radial, hn::MulAdd(set(2 * p1), xy, hn::Mul(set(p2), hn::MulAdd(set(2), hn::Mul(x, x), r2))));
     const auto yd = hn::MulAdd(
         y, radial, hn::MulAdd(set(2 * p2), xy, hn::Mul(set(p1), hn::MulAdd(set(2), hn::Mul(y, y), r2))));
+    // d(xd, yd) / d(x, y): dxx = radial + 2 x^2 d radial / d r^2 + 2 p1 y + 6 p2 x; mixed = dxd/dy = dyd/dx.
     const auto mixed = hn::MulAdd(xy, twice_slope, hn::MulAdd(set(2 * p1), x, hn::Mul(set(2 * p2), y)));
     const auto dxx = hn::Add(hn::MulAdd(hn::Mul(x, x), twice_slope, radial),
                              hn::MulAdd(set(2 * p1), y, hn::Mul(set(6 * p2), x)));
@@ -59,6 +62,8 @@ void project_lines_of(const LineCamera& camera, const LineRows& rows, const Line
     const auto nfy = hn::Mul(ny, set(camera.fy));
     const auto a = hn::Mul(hn::MulAdd(nfx, dxx, hn::Mul(nfy, mixed)), per_depth);
     const auto b = hn::Mul(hn::MulAdd(nfx, mixed, hn::Mul(nfy, dyy)), per_depth);
+    // Chain rule through x = X / Z, y = Y / Z: (a, b, c) is the gradient in the camera's frame; its product
+    // with the rotation is the one in the world's.
     const auto c = hn::Neg(hn::MulAdd(a, x, hn::Mul(b, y)));
     const auto column = [&](std::size_t k) HWY_ATTR {
       const auto sum = hn::MulAdd(c, set(T[8 + k]), hn::Mul(b, set(T[4 + k])));

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "daemon/geometry/camera.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <span>
 
-#include "daemon/geometry/camera.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 

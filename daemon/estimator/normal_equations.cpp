@@ -1,5 +1,7 @@
 #include "daemon/estimator/normal_equations.hpp"
 
+#include "idl/geometry/precondition.hpp"
+
 namespace tubed {
 
 NormalEquations::NormalEquations(int coefficient_count, int further_columns)
@@ -8,6 +10,7 @@ NormalEquations::NormalEquations(int coefficient_count, int further_columns)
       band_(LowerBand::Zero(kBandRows, 3 * coefficient_count)),
       further_(Eigen::MatrixXd::Zero(3 * further_columns, 3 * column_count_)),
       gradient_(Eigen::VectorXd::Zero(3 * column_count_)),
+      shared_(Eigen::MatrixXd::Zero(3 * coefficient_count, kMaxShared * SharedError::kParts)),
       banded_(3 * coefficient_count),
       dense_(3 * column_count_),
       inverse_(Eigen::MatrixXd::Zero(3 * column_count_, 3 * column_count_)),
@@ -24,6 +27,7 @@ void NormalEquations::clear() {
   first_ = -1;
   waiting_ = 0;
   prior_ = nullptr;
+  shared_columns_ = 0;
   cost_ = 0;
 }
 
@@ -62,6 +66,8 @@ void NormalEquations::close() {
 void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                                     const Eigen::Vector3d& residual) {
   open(first);
+  // J = scale w_k I: J^T J has w_a w_b scale^2 on the diagonal of each 3 x 3 block (elements xx, yy, zz: rows
+  // 0, 3, 5), J^T r is scale w_k r.
   const Products products = scale * scale * products_of(weights);
   squares_.row(0) += products;
   squares_.row(3) += products;
@@ -73,6 +79,8 @@ void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weig
 void NormalEquations::add_with(int first, const std::array<double, 4>& weights,
                                const Eigen::Matrix3d& gradient, int further, double further_scale,
                                const Eigen::Vector3d& residual) {
+  // Rows of J: [w_k G | scale_f I]. Their products: the band w_a w_b G^T G, the mixed blocks scale_f w_a G,
+  // and scale_f^2 I.
   for (int axis = 0; axis < 3; ++axis) {
     add(first, weights, gradient.row(axis).transpose(), residual[axis]);
   }
@@ -87,9 +95,49 @@ void NormalEquations::add_with(int first, const std::array<double, 4>& weights,
 
 void NormalEquations::add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
   prior_ = &information;
+  // The prior's cost d^T L d, with d = C - mean and L its information, has the gradient L d (half of the
+  // derivative, as J^T r).
   solution_.noalias() = information * departure;
   gradient_ += solution_;
   cost_ += departure.dot(solution_);
+}
+
+void NormalEquations::begin_shared() {
+  require(shared_columns_ < shared_.cols(), "normal equations: more shared errors than there is room for");
+  shared_error_.clear();
+  shared_.middleCols<SharedError::kParts>(shared_columns_).setZero();
+}
+
+void NormalEquations::add_shared(int first, const std::array<double, 4>& weights,
+                                 const Eigen::Vector3d& gradient, double residual,
+                                 const SharedError::Parts& shared) {
+  shared_error_.add(shared, residual);
+  // B += J^T h^T, where J has w_a g at the four coefficients.
+  const Eigen::Matrix<double, 3, SharedError::kParts> product = gradient * shared.transpose();
+  for (int a = 0; a < 4; ++a) {
+    shared_.block<3, SharedError::kParts>(3 * (first + a), shared_columns_) +=
+        weights[static_cast<std::size_t>(a)] * product;
+  }
+}
+
+void NormalEquations::end_shared() {
+  shared_error_.close();
+  for (Eigen::Index row = 0; row < shared_.rows(); ++row) {
+    auto E = shared_.row(row).segment<SharedError::kParts>(shared_columns_);
+    E = shared_error_.scaled(E.transpose()).transpose();
+    gradient_[row] -= E.dot(shared_error_.y());
+  }
+  cost_ -= shared_error_.y().squaredNorm();
+  shared_columns_ += SharedError::kParts;
+}
+
+// J^T J loses E E^T.
+void NormalEquations::take_shared_away(Eigen::Index column,
+                                       Eigen::Ref<Eigen::VectorXd> below_diagonal) const {
+  const Eigen::Index rows = shared_.rows() - column;
+  for (Eigen::Index k = 0; k < shared_columns_; ++k) {
+    below_diagonal.head(rows) -= shared_(column, k) * shared_.col(k).tail(rows);
+  }
 }
 
 void NormalEquations::fill_dense(double damping) {
@@ -106,9 +154,11 @@ void NormalEquations::fill_dense(double damping) {
     if (j < banded) {
       const Eigen::Index rows = std::min<Eigen::Index>(kBandRows, banded - j);
       column.head(rows) += band_.col(j).head(rows);
+      take_shared_away(j, column);
     }
     const Eigen::Index further = std::min(all - banded, all - j);
     column.tail(further) += further_.col(j).tail(further);
+    // Marquardt's damping: the diagonal times 1 + lambda.
     matrix(j, j) *= 1 + damping;
   }
 }
@@ -145,6 +195,7 @@ bool NormalEquations::invert_and_solve(Eigen::Matrix3Xd& step) {
 }
 
 Eigen::Matrix3d NormalEquations::covariance(int first, const std::array<double, 4>& weights) const {
+  // Of x = sum_k w_k C_k: cov(x) = sum_ab w_a w_b cov(C_a, C_b), blocks of (J^T J)^-1.
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int a = 0; a < 4; ++a) {
     for (int b = 0; b < 4; ++b) {

@@ -6,6 +6,7 @@
 
 #include "daemon/estimator/dense_cholesky.hpp"
 #include "daemon/estimator/line_kernels.hpp"
+#include "daemon/estimator/shared_error.hpp"
 #include "daemon/estimator/spline_band_cholesky.hpp"
 
 namespace tubed {
@@ -13,8 +14,8 @@ namespace tubed {
 /// The unknowns are n columns of 3 components (column k at rows 3k .. 3k+2): the coefficients, and behind
 /// them whatever else is estimated, as the errors of coils. A residual touches four neighbouring coefficients
 /// (a point, tangent or second derivative of the cubic B-spline at one s) and at most one further column.
-/// Residuals alone make a band, which is solved as one; a prior or further columns make it dense. All memory
-/// is taken in the constructor.
+/// Residuals alone make a band, which is solved as one; a prior, further columns or errors that residuals
+/// share make it dense. All memory is taken in the constructor.
 class NormalEquations {
  public:
   NormalEquations(int coefficient_count, int further_columns);
@@ -52,6 +53,15 @@ class NormalEquations {
   /// A Gaussian prior: information matrix (3n x 3n, symmetric) around a mean from which C has gone by
   /// `departure`. Once between clear()s; `information` must stay as it is until the next.
   void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure);
+
+  /// From here to end_shared(), residuals of add() share an error (see SharedError), at most kMaxShared
+  /// times between clear()s.
+  void begin_shared();
+  /// How the residual last given to add(), with the same `first`, `weights` and `gradient`, goes with it.
+  void add_shared(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
+                  double residual, const SharedError::Parts& shared);
+  void end_shared();
+  static constexpr int kMaxShared = 4;
 
   /// Factorises and solves; `step` is 3 x n. False when the matrix is not positive definite.
   bool solve(double damping, Eigen::Matrix3Xd& step);
@@ -93,7 +103,10 @@ class NormalEquations {
     waiting_ = 0;
   }
   void fill_dense(double damping);
-  [[nodiscard]] bool is_banded() const { return prior_ == nullptr && column_count_ == coefficient_count_; }
+  void take_shared_away(Eigen::Index column, Eigen::Ref<Eigen::VectorXd> below_diagonal) const;
+  [[nodiscard]] bool is_banded() const {
+    return prior_ == nullptr && column_count_ == coefficient_count_ && shared_columns_ == 0;
+  }
 
   int coefficient_count_;
   int column_count_;
@@ -109,6 +122,9 @@ class NormalEquations {
   Eigen::MatrixXd further_;                           ///< its rows of the further columns, lower triangle
   Eigen::VectorXd gradient_;                          ///< J^T r
   const Eigen::MatrixXd* prior_ = nullptr;            ///< its information
+  SharedError shared_error_;                          ///< the one that is being gathered
+  Eigen::MatrixXd shared_;           ///< B of that one, E of those before; rows of the coefficients
+  Eigen::Index shared_columns_ = 0;  ///< of E
   SplineBandCholesky banded_;
   DenseCholesky dense_;
   Eigen::MatrixXd inverse_;

@@ -118,7 +118,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
                          variance_factor(), &state_.rival};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
-  write_ages(observation, frame, views_.newest_exposure(), estimate);
+  write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);
   judge(observation, coils, {has_cameras_, registered_, converged_, standing}, estimate);
 }

@@ -55,6 +55,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
     return;
   }
   C_before_ = state_.C;
+  views_.look_from(observation);
   if (!coils.hold_tip() && (state_.tip_is_missed || tip_is_out_of_reach())) {
     trace_tip(observation, coils.first_used_mm(), estimate);
   }

@@ -51,11 +51,15 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
       estimate.reasons.add(image->origin == Origin::kSimulated ? Reason::kDemoData : Reason::kReplayData);
     }
   }
-  bool doubtful = false;
+  bool doubtful = observation.geometry_changed;
+  if (observation.geometry_changed) {
+    estimate.reasons.add(Reason::kGeometryChanged);
+  }
   if (observation.image_rejected) {
     estimate.reasons.add(Reason::kImageRejected);
     doubtful = true;
-  } else if (observation.now - observation.newest_image > observation.image_patience) {
+  } else if (!observation.geometry_changed &&
+             observation.now - observation.newest_image > observation.image_timeout) {
     estimate.reasons.add(Reason::kImageStale);
     doubtful = true;
   }
@@ -85,9 +89,9 @@ bool is_stale(const EmFrame* frame, const Observation& observation, const Estima
   if (frame == nullptr || newest == nullptr) {
     return true;
   }
-  const std::chrono::nanoseconds patience = observation.em->patience(
+  const std::chrono::nanoseconds timeout = observation.em->timeout(
       std::chrono::nanoseconds(static_cast<std::int64_t>(settings.em_stale_ms * 1e6)));
-  return observation.now - newest->measured > patience || observation.instant - frame->measured > patience;
+  return observation.now - newest->measured > timeout || observation.instant - frame->measured > timeout;
 }
 
 void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate) {
@@ -142,13 +146,21 @@ void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEst
   }
 }
 
-void write_ages(const Observation& observation, const EmFrame* frame, MonotonicTime newest_image,
-                TubeEstimate& estimate) {
+namespace {
+
+/// Of a measurement at the instant of the shape.
+std::int64_t age_at(std::int64_t valid_time_ns, MonotonicTime measured) {
+  return valid_time_ns != 0 && to_ns(measured) != 0 ? valid_time_ns - to_ns(measured) : kNoAge;
+}
+
+}  // namespace
+
+void write_measurements(const EmFrame* frame, MonotonicTime newest_image, TubeEstimate& estimate) {
   estimate.em_frame = frame != nullptr ? frame->tracker_frame : 0;
-  estimate.em_age_ns = frame != nullptr ? to_ns(observation.now) - to_ns(frame->measured) : -1;
+  estimate.em_age_ns = frame != nullptr ? age_at(estimate.valid_time_ns, frame->measured) : kNoAge;
   estimate.stamps.em_measured_ns = frame != nullptr ? to_ns(frame->measured) : 0;
   estimate.stamps.em_received_ns = frame != nullptr ? to_ns(frame->received) : 0;
-  estimate.image_age_ns = to_ns(newest_image) != 0 ? to_ns(observation.now) - to_ns(newest_image) : -1;
+  estimate.image_age_ns = age_at(estimate.valid_time_ns, newest_image);
   if (frame != nullptr && frame->origin != Origin::kDevice) {
     estimate.reasons.add(frame->origin == Origin::kSimulated ? Reason::kDemoData : Reason::kReplayData);
   }

@@ -51,7 +51,7 @@ class LostTube {
 void begin_report(const Observation& observation, TubeEstimate& estimate);
 
 /// Is `frame`, the newest measurement until observation.instant, too old for that instant, or are
-/// measurements missing until now (see EmPatience)? True for nullptr.
+/// measurements missing until now (see EmTimeout)? True for nullptr.
 bool is_stale(const EmFrame* frame, const Observation& observation, const EstimatorSettings& settings);
 
 /// Fills valid_time_ns, radius, length, points, coefficients.
@@ -60,10 +60,10 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
 /// Fills coil_count and coils with state and distance from the shape.
 void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEstimate& estimate);
 
-/// Fills frame number, ages and EM stamps. `frame` nullptr: never a measurement. `newest_image` zero: never
-/// one.
-void write_ages(const Observation& observation, const EmFrame* frame, MonotonicTime newest_image,
-                TubeEstimate& estimate);
+/// Fills frame number, EM stamps, the ages at estimate.valid_time_ns, which has been written before, and the
+/// reason for measurements that are simulated or replayed. `frame` nullptr: never a measurement.
+/// `newest_image` zero: never one.
+void write_measurements(const EmFrame* frame, MonotonicTime newest_image, TubeEstimate& estimate);
 
 /// Adds reasons to those the estimate has already and sets the word of the contract. INVALID: there is no
 /// shape of now. QUESTIONABLE: something that should have helped did not.

@@ -53,7 +53,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
                          .rival = &solver_.rival()};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
-  write_ages(observation, frame, views_.newest_exposure(), estimate);
+  write_measurements(frame, views_.newest_exposure(), estimate);
   judge(observation, coils,
         {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
          lost_tube_.standing(observation, images)},

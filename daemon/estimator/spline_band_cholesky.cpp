@@ -21,6 +21,8 @@ bool SplineBandCholesky::factorise(const LowerBand& band, double damping) {
     if (!(first[0] > 0)) {
       return false;
     }
+    // l_jj = sqrt(a_jj), l_ij = a_ij / l_jj; then a_ik -= l_ij l_kj for what stands to the right. 1 / l_jj is
+    // kept in place of l_jj.
     const double inverse = 1 / std::sqrt(first[0]);
     for (int m = 0; m < kBandRows; ++m) {
       column[static_cast<std::size_t>(m)] = first[m] * inverse;
@@ -45,6 +47,7 @@ void SplineBandCholesky::solve(Eigen::VectorXd& b) {
   padded_solution_.tail<kBandRows>().setZero();
   for (Eigen::Index j = 0; j < size_; ++j) {
     const double* const column = factor_.col(j).data();
+    // Forward: L y = b.
     x[j] *= column[0];
     for (int m = 1; m < kBandRows; ++m) {
       x[j + m] -= column[m] * x[j];
@@ -53,6 +56,7 @@ void SplineBandCholesky::solve(Eigen::VectorXd& b) {
   padded_solution_.tail<kBandRows>().setZero();
   for (Eigen::Index j = size_ - 1; j >= 0; --j) {
     const double* const column = factor_.col(j).data();
+    // Backward: L^T x = y.
     double sum = 0;
     for (int m = 1; m < kBandRows; ++m) {
       sum += column[m] * x[j + m];

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "daemon/model/dense_solver.hpp"
+
 namespace tubed {
 
 namespace {
@@ -32,11 +34,36 @@ class CostSum {
       cost_ += departure[j] * information.col(j).dot(departure);
     }
   }
+  void begin_shared() { shared_error_.clear(); }
+  void add_shared(int /*first*/, const std::array<double, 4>& /*weights*/,
+                  const Eigen::Vector3d& /*gradient*/, double residual, const SharedError::Parts& shared) {
+    shared_error_.add(shared, residual);
+  }
+  void end_shared() {
+    shared_error_.close();
+    cost_ -= shared_error_.y().squaredNorm();
+  }
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
   double cost_ = 0;
+  SharedError shared_error_;
 };
+
+// How a residual goes with an error of the pose, in standard deviations: by w, then by v of PoseSigma.
+SharedError::Parts by_pose(const LineCamera& camera, const PoseSigma& sigma,
+                           const Eigen::Vector3d& p_world_mm, const Eigen::Vector3d& gradient_world) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(camera.T_camera_world.data());
+  const Eigen::Vector3d gradient = T.leftCols<3>() * gradient_world;  // by p_camera
+  const Eigen::Vector3d from_pivot_mm =
+      T * p_world_mm.homogeneous() - sigma.pivot_depth_mm * Eigen::Vector3d::UnitZ();
+  // g . (w x d) = w . (d x g)
+  SharedError::Parts parts;
+  parts << from_pivot_mm.cross(gradient).cwiseProduct(
+      Eigen::Map<const Eigen::Vector3d>(sigma.rotation_rad.data())),
+      gradient.cwiseProduct(Eigen::Map<const Eigen::Vector3d>(sigma.translation_mm.data()));
+  return parts;
+}
 
 // How much of the second derivative's square at each node of the integral is there by the residuals of
 // bending alone, all weighing the same, in units of what one axis has: 1 in the middle of a tube, more at its
@@ -49,7 +76,7 @@ Eigen::VectorXd bending_by_itself(Eigen::Index segments) {
     at_nodes(i, i / 2 + 1) = u;
   }
   const Eigen::MatrixXd mass = at_nodes.transpose() * at_nodes;
-  return 2 * (at_nodes * mass.inverse()).cwiseProduct(at_nodes).rowwise().sum();
+  return 2 * (at_nodes * inverse_of(mass)).cwiseProduct(at_nodes).rowwise().sum();
 }
 
 }  // namespace
@@ -90,6 +117,8 @@ void TubeMap::add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C
 
 template <typename Sum>
 void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C, Sum& sum) const {
+  // Eq. (12), first two sums: r_p = (zeta(s_i) - p_i) / sigma_p and r_t = (-zeta' / |zeta'| - t_i) / sigma_t;
+  // zeta runs from the tip away, t_i toward it.
   const CubicBasis basis = spline_.basis(coil.s_mm);
   const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
   const double speed = std::max(derivative.norm(), 1e-6);
@@ -97,6 +126,8 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
   Eigen::Vector3d off_mm = combine(C, basis.first, basis.value) - coil.p_world_mm;
   Eigen::Vector3d turned = -direction - coil.tangent_world;
   const double position_weight = 1 / sigma_position_mm_;
+  // d(-zeta' / |zeta'|) / d zeta' = -(I - u u^T) / |zeta'| with u = zeta' / |zeta'|: only what is across u
+  // turns it.
   const Eigen::Matrix3d turning =
       -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent_);
   if (index >= coils_with_error_) {
@@ -107,6 +138,8 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
     }
     return;
   }
+  // A coil's lasting error b_i is a state: r_p = (zeta(s_i) + b_i - p_i) / sigma_p, and the same for its
+  // tangent.
   off_mm += C.col(position_error_column(index));
   turned += C.col(tangent_error_column(index));
   sum.add_with(basis.first, basis.value, position_weight * Eigen::Matrix3d::Identity(),
@@ -117,6 +150,8 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
 
 template <typename Sum>
 void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const {
+  // Eq. (13): the integral of |zeta''|^2 / q ds. A segment of length h has two nodes of weight h / 2; a
+  // residual a node is sqrt(h / (2 q f)) zeta'', f the factor learnt there.
   const double usual = spline_.spacing_mm() / 2 / settings_.bending_q_per_mm;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const CubicBasis& basis = nodes_[i];
@@ -128,6 +163,8 @@ void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const {
 
 template <typename Sum>
 void TubeMap::add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const {
+  // Instead of the lengths L_ik of Eq. (12): the integral of (|zeta'| - 1)^2 / sigma_strain^2 ds, node by
+  // node; its gradient by zeta' is the unit tangent.
   const double weight =
       std::sqrt(spline_.spacing_mm() / 2) / (strain_sigma_factor_ * settings_.sigma_strain_sqrt_mm);
   for (const CubicBasis& basis : nodes_) {
@@ -151,9 +188,18 @@ void TubeMap::add_view(const PreparedView& view, const Eigen::Matrix3Xd& C, Sum&
                    {view.count, &line_points_[0][begin], &line_points_[1][begin], &line_points_[2][begin],
                     &line_targets_[0][begin], &line_targets_[1][begin], &line_targets_[2][begin]},
                    {&residual[begin], &gradient_x[begin], &gradient_y[begin], &gradient_z[begin]});
+  const bool is_pose_exact = view.pose_sigma.is_zero();
+  if (!is_pose_exact) sum.begin_shared();
   for (std::size_t i = begin; i < begin + view.count; ++i) {
-    sum.add(lines_[i].first, lines_[i].weights, {gradient_x[i], gradient_y[i], gradient_z[i]}, residual[i]);
+    const Eigen::Vector3d gradient(gradient_x[i], gradient_y[i], gradient_z[i]);
+    sum.add(lines_[i].first, lines_[i].weights, gradient, residual[i]);
+    if (!is_pose_exact) {
+      const Eigen::Vector3d p_world_mm(line_points_[0][i], line_points_[1][i], line_points_[2][i]);
+      sum.add_shared(lines_[i].first, lines_[i].weights, gradient, residual[i],
+                     by_pose(view.camera, view.pose_sigma, p_world_mm, gradient));
+    }
   }
+  if (!is_pose_exact) sum.end_shared();
 }
 
 // What a kernel reads or writes beyond its last line belongs to the next view, which comes later, or to
@@ -171,12 +217,13 @@ void TubeMap::prepare(std::span<const ViewConstraints> views) {
     const auto count = static_cast<std::size_t>(view.count);
     if (count == 0) continue;
     const std::size_t begin = lines_.size();
-    line_views_.push_back({LineCamera(view.camera->calibration()), begin, count});
+    line_views_.push_back({LineCamera(view.camera->calibration()), view.pose_sigma, begin, count});
     if (begin + count + kLineLanes > line_points_[0].size()) reserve_lines(begin + count);
     for (std::size_t i = 0; i < count; ++i) {
       const LineConstraint& line = view.lines[i];
       const CubicBasis basis = spline_.basis(line.s_mm);
       lines_.push_back({basis.first, basis.value});
+      // r = n . (pi(zeta(s)) - target) / sqrt(v): the normal and its product with the target, whitened.
       const Eigen::Vector2d normal = line.normal / std::sqrt(line.variance_px2);
       line_targets_[0][begin + i] = normal.x();
       line_targets_[1][begin + i] = normal.y();

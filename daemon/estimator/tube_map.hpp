@@ -11,9 +11,9 @@
 #include "daemon/estimator/estimator_settings.hpp"
 #include "daemon/estimator/line_kernels.hpp"
 #include "daemon/estimator/normal_equations.hpp"
-#include "daemon/geometry/camera.hpp"
 #include "daemon/image/correspondence_lines.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 
@@ -31,6 +31,7 @@ struct ViewConstraints {
   const Camera* camera = nullptr;
   const LineConstraint* lines = nullptr;
   int count = 0;
+  PoseSigma pose_sigma{};  ///< of the camera: an error that all its lines share
 };
 
 /// What is known of the coefficients before the measurements.
@@ -42,11 +43,13 @@ struct GaussianPrior {
 /// Solves one instrument's MAP. Called by the optimizer thread only; memory is taken in the constructor,
 /// nothing else allocates. Residuals (whitened, units in EstimatorSettings), sums of squares as in Eq.
 /// (12)-(14):
-///   position   (zeta(s_i) - p_i) / sigma_p
-///   tangent    (-zeta'(s_i) / |zeta'(s_i)| - t_i) / sigma_t         (t_i points toward the tip, s away from
-///   it) strain     (|zeta'(s)| - 1) sqrt(ds) / sigma_strain, pointwise instead of the printed pairwise
-///   lengths L_ik bending    zeta''(s) sqrt(ds / q), Eq. (13) image      n . (pi(zeta(s)) - target) /
-///   sqrt(variance)
+/// - position: (zeta(s_i) - p_i) / sigma_p
+/// - tangent: (-zeta'(s_i) / |zeta'(s_i)| - t_i) / sigma_t; t_i points toward the tip, s away from it
+/// - strain: (|zeta'(s)| - 1) sqrt(ds) / sigma_strain, pointwise instead of the printed pairwise lengths L_ik
+/// - bending: zeta''(s) sqrt(ds / q), Eq. (13)
+/// - image: n . (pi(zeta(s)) - target) / sqrt(variance); where the pose of an image is not exact, its lines
+///   share an error of it, six unknowns that are eliminated (SharedError)
+///
 /// The printed equation gives every term the weight 1 although their units differ; with it the tube buckles
 /// between coils, so the weights here are the noise of the measurements.
 class TubeMap {
@@ -135,6 +138,7 @@ class TubeMap {
   /// A view's lines in lines_, and its camera for the kernel.
   struct PreparedView {
     LineCamera camera;
+    PoseSigma pose_sigma;
     std::size_t begin;
     std::size_t count;
   };

@@ -40,21 +40,36 @@ TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescript
   }
 }
 
+void TubeViews::look_from(const Observation& observation) {
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ImageMeasurement* image = observation.images[v];
+    if (image != nullptr && image->state == ImageState::kMeasured) {
+      views_[v].camera.look_from(image->geometry);
+      views_[v].pose_sigma = image->geometry ? image->geometry->sigma : PoseSigma{};
+    }
+  }
+}
+
 bool TubeViews::measure(const Observation& observation, const UniformCubicBSpline& spline,
                         const Eigen::Matrix3Xd& C, const TubeSearch& search, TubeEstimate& estimate) {
   bool looked = false;
+  look_from(observation);
   estimate.has_image = false;
   estimate.image_inlier_ratio = 0;
   estimate.in_view_ratio = 0;
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    const ImageMeasurement* image = observation.images[v];
+    ImageMeasurement* image = observation.images[v];
     if (image == nullptr || image->state != ImageState::kMeasured) {
       continue;
     }
     View& view = views_[v];
-    const int in_view =
-        project_lines(view.camera, spline, C, layout_, radius_mm_, lines_) - leave_out_before(search.from_mm);
-    measure_view(*image, view, see_lines(observation, v, in_view, search.reach_px), search);
+    int in_view = project_lines(view.camera, spline, C, layout_, radius_mm_, lines_);
+    in_view -= leave_out_before(search.from_mm);
+    if (observation.on_demand[v] != nullptr) {
+      filter_around_lines(*observation.on_demand[v], *image, areas_[v], search.reach_px);
+    }
+    in_view -= leave_out_unreadable(*image, search.reach_px);
+    measure_view(*image, view, in_view, search);
     looked = true;
     estimate.has_image = estimate.has_image || view.count > 0;
     estimate.image_inlier_ratio =
@@ -75,17 +90,19 @@ int TubeViews::leave_out_before(double from_mm) {
   return left_out;
 }
 
-// Has measured what is going to be read. A line where that is not to be had, or where no tube could be seen,
-// is not in view.
-int TubeViews::see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px) {
-  if (observation.on_demand[v] != nullptr) {
-    areas_[v].clear();
-    add_lines(lines_, layout_, reach_px, kBeyondTip_px, areas_[v]);
-    observation.on_demand[v]->require(areas_[v]);
-  }
-  const ImageMeasurement& image = *observation.images[v];
-  return in_view - drop_unmeasured_lines(image.measured, layout_, reach_px, kBeyondTip_px, lines_) -
-         drop_blind_lines(image, layout_, reach_px, lines_);
+// The second Frangi of this image: what is going to be read and was not foreseen.
+void TubeViews::filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area,
+                                    int reach_px) {
+  area.clear();
+  add_lines(lines_, layout_, reach_px, kBeyondTip_px, area);
+  on_demand.filter_missing(image, area);
+}
+
+// A line where vesselness is not to be had, or where no tube could be seen, is not in view. How many there
+// were.
+int TubeViews::leave_out_unreadable(const ImageMeasurement& image, int reach_px) {
+  const int unmeasured = drop_unmeasured_lines(image.measured, layout_, reach_px, kBeyondTip_px, lines_);
+  return unmeasured + drop_blind_lines(image, layout_, reach_px, lines_);
 }
 
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view,
@@ -163,7 +180,7 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
     return;
   }
   outward.normalize();
-  std::array<Eigen::Vector2d, kMostEndSamples> path_px;
+  std::array<Eigen::Vector2d, kMaxEndSamples> path_px;
   std::size_t samples = 0;
   for (int k = kEndOutside_px; k > 0; --k) {
     path_px[samples++] = tip_px + k * outward;
@@ -191,7 +208,7 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
   for (View& view : views_) {
     const double age_s = std::abs(seconds_between(view.exposure, observation.instant));
     if (view.count == 0 || to_ns(view.exposure) == 0 ||
-        age_s > std::chrono::duration<double>(observation.image_patience).count() ||
+        age_s > std::chrono::duration<double>(observation.image_timeout).count() ||
         (only_of_instant && age_s > kOneInstant_s)) {
       continue;
     }
@@ -202,7 +219,7 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
       view.aged[i].variance_px2 =
           view.measured[i].variance_px2 * variance_factor + drift_px * drift_px * settings_.image_temper;
     }
-    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count};
+    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count, view.pose_sigma};
   }
   return {gathered_.data(), gathered};
 }

@@ -37,12 +37,17 @@ class TubeViews {
 
   /// The kept lines for a solver, one element a view that has any: those of an image of that
   /// instant as measured, older ones worth less by the way the tube may have gone since, none older than
-  /// observation.image_patience. `only_of_instant`: no older ones at all. Valid until the next call of
+  /// observation.image_timeout. `only_of_instant`: no older ones at all. Valid until the next call of
   /// anything here.
   std::span<const ViewConstraints> constraints(const Observation& observation, double variance_factor,
                                                bool only_of_instant);
 
+  /// Each camera stands, from here on, as it stood when its image of the instant was taken. measure() does
+  /// it as well.
+  void look_from(const Observation& observation);
+
   [[nodiscard]] std::size_t count() const { return views_.size(); }
+  /// As it stood when the newest image was taken that was looked at.
   [[nodiscard]] const Camera& camera(std::size_t view) const { return views_[view].camera; }
 
   /// Share of the lines in this view's image of that instant that agree, 0 .. 1, few as they may be; nothing
@@ -77,6 +82,7 @@ class TubeViews {
   struct View {
     Camera camera;
     std::unique_ptr<ImageLikelihood> likelihood;
+    PoseSigma pose_sigma{};  ///< of the camera's pose
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
@@ -89,7 +95,8 @@ class TubeViews {
 
   [[nodiscard]] std::optional<bool> misses_tip_here() const;
   int leave_out_before(double from_mm);
-  int see_lines(const Observation& observation, std::size_t v, int in_view, int reach_px);
+  void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
+  int leave_out_unreadable(const ImageMeasurement& image, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 

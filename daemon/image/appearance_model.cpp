@@ -8,7 +8,7 @@ namespace tubed {
 
 namespace {
 
-constexpr int kFewestPixels = 30;
+constexpr int kMinPixels = 30;
 // What no pixel showed so far may come all the same: this share of the mass is spread over all bins.
 constexpr float kUnseen = 0.02F;
 constexpr int kSmoothings = 2;  // of [1 2 1] / 4 along each axis: images of few grey levels leave combs
@@ -76,7 +76,7 @@ bool AppearanceModel::learn(const ImageMeasurement& image, std::span<const Pixel
   const auto outside = std::count_if(pixels.begin(), pixels.end(), [](const PixelDistance& p) {
     return p.signed_distance_px < -kMargin_px;
   });
-  if (inside < kFewestPixels || outside < kFewestPixels) {
+  if (inside < kMinPixels || outside < kMinPixels) {
     return false;
   }
   const bool replaces = !learned_ || share >= 1;

@@ -17,8 +17,8 @@ struct PixelDistance {
 };
 
 /// P_f = P(y | M_f) and P_b = P(y | M_b) of Eq. (16) for one camera. A value of the thread that uses it;
-/// never allocates. It learns from what it is told to be tube and background, never by itself: whoever calls
-/// learn() answers for the place.
+/// never allocates. It learns from pixels that learn() is told to be tube or background; the caller is
+/// responsible for that choice.
 class AppearanceModel {
  public:
   static constexpr int kGreyBins = 32;

@@ -106,12 +106,15 @@ double BandLikelihood::log_likelihood(std::span<const PathVertex> path, double e
   double sum = 0;
   for (std::size_t m = 0; m < pixels_.size(); ++m) {
     const Nearest& nearest = nearest_[pixels_[m].index];
+    // Eq. (17): H_eps of the signed distance phi to the tube's edge, positive inside.
     const double h =
         nearest.round == round_ ? smooth_heaviside(signed_distance(path, nearest), epsilon_px) : 0.0;
     inside += h;
     sum += std::log(numerator(static_cast<double>(weights_[m].foreground),
                               static_cast<double>(weights_[m].background), h));
   }
+  // The denominator of Eq. (16): P_f eta_f + P_b eta_b with eta_f = sum of H, eta_b = sum of 1 - H over the
+  // band.
   const double outside = static_cast<double>(pixels_.size()) - inside;
   double normaliser = 0;  // derivative of the logarithms of the denominators by `inside`
   for (const Weight& weight : weights_) {
@@ -138,6 +141,7 @@ void BandLikelihood::add_derivatives(std::span<const PathVertex> path, double ep
     if (slope == 0) continue;
     const auto foreground = static_cast<double>(weights_[m].foreground);
     const auto background = static_cast<double>(weights_[m].background);
+    // d log numerator / d phi = (P_f - P_b) delta_eps(phi) / (P_f H + P_b (1 - H)).
     const double score = (foreground - background) * slope /
                          numerator(foreground, background, smooth_heaviside(phi, epsilon_px));
     // The nearest place slides along the path without changing the distance: only its two vertices count.
@@ -147,11 +151,14 @@ void BandLikelihood::add_derivatives(std::span<const PathVertex> path, double ep
     const auto width = static_cast<std::size_t>(width_);
     const Eigen::Vector2d pixel(static_cast<double>(pixels_[m].index % width),
                                 static_cast<double>(pixels_[m].index / width));
+    // phi = half width - distance: a vertex that moves toward the pixel by w makes phi larger by w (weight 1
+    // - t or t).
     const Eigen::Vector2d away = (pixel - (1 - t) * a.p_px - t * b.p_px).normalized();
     const Eigen::Vector2d move = (score - normaliser * slope) * away;
     const auto column = static_cast<Eigen::Index>(nearest.segment);
     derivatives.gradient.col(column) += (1 - t) * move;
     derivatives.gradient.col(column + 1) += t * move;
+    // Fisher information of the numerator alone: the squared score in place of second derivatives.
     const Eigen::Matrix2d outer = score * score * away * away.transpose();
     derivatives.information[nearest.segment] += (1 - t) * (1 - t) * outer;
     derivatives.information[nearest.segment + 1] += t * t * outer;

@@ -5,7 +5,7 @@
 
 namespace tubed {
 
-inline constexpr int kMostCorrespondenceLines = 256;
+inline constexpr int kMaxCorrespondenceLines = 256;
 
 /// One line: before the search its base and direction, after it what was found.
 struct CorrespondenceLine {

@@ -10,15 +10,15 @@ namespace tubed {
 
 namespace {
 
-constexpr int kTransitionReach = 4;        // px; changes beyond are not considered
-constexpr float kEvidenceSlope = 6.0F;     // log-odds gained from no ridge to a full one
-constexpr float kProfileShare = 0.6F;      // of the evidence; the rest is the ridge's
-constexpr float kEvidenceLimit = 3.0F;     // no single line may say more than this
-constexpr double kFlank_px = 3.0;          // beyond the tube's side, where its background is looked at
-constexpr float kLeastOfOtherSide = 0.1F;  // of the brighter side's contrast
-constexpr float kStrongEdge = 1.5F;        // times how much the tube usually stands out
-constexpr int kFewestEdgesBeside = 2;      // of the four next lines
-constexpr float kAgreement = 0.4F;         // share of the usual ridge height that counts as seeing the tube
+constexpr int kTransitionReach = 4;      // px; changes beyond are not considered
+constexpr float kEvidenceSlope = 6.0F;   // log-odds gained from no ridge to a full one
+constexpr float kProfileShare = 0.6F;    // of the evidence; the rest is the ridge's
+constexpr float kEvidenceLimit = 3.0F;   // no single line may say more than this
+constexpr double kFlank_px = 3.0;        // beyond the tube's side, where its background is looked at
+constexpr float kMinOfOtherSide = 0.1F;  // of the brighter side's contrast
+constexpr float kStrongEdge = 1.5F;      // times how much the tube usually stands out
+constexpr int kMinEdgesBeside = 2;       // of the four next lines
+constexpr float kAgreement = 0.4F;       // share of the usual ridge height that counts as seeing the tube
 
 template <typename Row>
 void normalise(Row& row, int states) {
@@ -222,8 +222,8 @@ void LineSearch::leave_to_others(int count, int reach_px) {
   }
 }
 
-// Who keeps a ridge that may be another's may be off by as far as it was drawn there; who had to go and found
-// nothing knows nothing.
+// A line that keeps a ridge which may belong to another tube may be wrong by as much as that ridge pulled it;
+// a line that had to leave its ridge and found no other has no measurement.
 void LineSearch::doubt_claims(std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                               int reach_px) const {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
@@ -305,7 +305,7 @@ void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<Correspon
   const float usual = *middle;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     on_edge_[i] = lines[i].in_view && sides[i].greater > kStrongEdge * usual &&
-                  sides[i].smaller < kLeastOfOtherSide * sides[i].greater;
+                  sides[i].smaller < kMinOfOtherSide * sides[i].greater;
   }
   for (int i = 0; i < count; ++i) {
     int beside = 0;
@@ -313,7 +313,7 @@ void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<Correspon
       const int neighbour = i + k;
       beside += neighbour >= 0 && neighbour < count && on_edge_[static_cast<std::size_t>(neighbour)] ? 1 : 0;
     }
-    if (on_edge_[static_cast<std::size_t>(i)] || beside >= kFewestEdgesBeside) {
+    if (on_edge_[static_cast<std::size_t>(i)] || beside >= kMinEdgesBeside) {
       CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
       line.agrees = false;
       line.variance_px2 = std::max(line.variance_px2, anywhere_px2(reach_px));

@@ -20,8 +20,8 @@ namespace tubed {
 /// object itself, search() never allocates.
 class LineSearch {
  public:
-  static constexpr int kMaxLines = kMostCorrespondenceLines;
-  static constexpr int kMaxReach = LineProfiles::kMostReach;  ///< px to either side
+  static constexpr int kMaxLines = kMaxCorrespondenceLines;
+  static constexpr int kMaxReach = LineProfiles::kMaxReach;  ///< px to either side
 
   enum class Manner {
     kAsPublished,  ///< vesselness alone

@@ -62,8 +62,8 @@ bool suits_integers(double sigma_px, FrangiSmoothing smoothing) {
   return smoothing == FrangiSmoothing::kInteger16 && sigma_px <= kCoarsestInteger;
 }
 
-int greatest_reach(const std::vector<double>& scales_px) {
-  if (scales_px.size() > kMostFrangiScales) {
+int max_reach(const std::vector<double>& scales_px) {
+  if (scales_px.size() > kMaxFrangiScales) {
     throw std::invalid_argument("Frangi filter of " + std::to_string(scales_px.size()) +
                                 " scales: must be 8 at most");
   }
@@ -82,7 +82,7 @@ int greatest_reach(const std::vector<double>& scales_px) {
 }
 
 int checked_size(int size) {
-  if (size < FrangiFilter::kLeastSize) {
+  if (size < FrangiFilter::kMinSize) {
     throw std::invalid_argument("Frangi filter of an image " + std::to_string(size) +
                                 " px wide or high: must be at least 16");
   }
@@ -152,7 +152,7 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
       keeps_whole_image_(memory == FrangiMemory::kWholeImage),
       cells_(width, height),
       measured_cells_(width, height),
-      margin_(greatest_reach(settings.scales_px) + 1),
+      margin_(max_reach(settings.scales_px) + 1),
       source_(width, height, margin_),
       source_words_(width, any_integer_scale_ ? height : 1, margin_),
       between_(width, 1, margin_),
@@ -173,9 +173,9 @@ FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings
 
 PixelRectangle FrangiFilter::usable(const PixelRectangle& tile) const {
   PixelRectangle part = clipped(tile, whole());
-  if (part.width() > 0 && part.width() < kLeastSize) {
-    part.left = std::min(part.left, width_ - kLeastSize);
-    part.right = part.left + kLeastSize;
+  if (part.width() > 0 && part.width() < kMinSize) {
+    part.left = std::min(part.left, width_ - kMinSize);
+    part.right = part.left + kMinSize;
   }
   return part;
 }
@@ -299,8 +299,8 @@ void FrangiFilter::find_structureness(Scale& scale) {
       smooth(scale, y, block.left - 1, block.right + 1, smoothed_.row(y + 1));
     }
     for (int y = block.top; y < block.bottom; ++y) {
-      greatest = std::max(greatest, greatest_squared_norm({smoothed_.row(y), smoothed_.row(y + 1),
-                                                           smoothed_.row(y + 2), block.left, block.right}));
+      greatest = std::max(greatest, max_squared_norm({smoothed_.row(y), smoothed_.row(y + 1),
+                                                      smoothed_.row(y + 2), block.left, block.right}));
     }
   });
   scale.c = structureness_of(norm_of(greatest, response_of(scale)));

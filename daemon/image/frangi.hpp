@@ -60,7 +60,7 @@ inline float ridge_angle_rad(float double_angle_cos, float double_angle_sin) {
 /// What a filter keeps of an image it works on.
 enum class FrangiMemory {
   kWholeImage,  ///< all smoothed pixels of a scale: whole images with structureness 0 are filtered at once
-  kRows,        ///< a few rows: less memory for who filters tiles; such whole images are smoothed twice
+  kRows,        ///< a few rows: less memory, for tiles; whole images filtered this way are smoothed twice
 };
 
 /// Multi-scale Frangi filter of one image size. Called by one thread (that camera's Frangi stage); all memory
@@ -73,7 +73,7 @@ enum class FrangiMemory {
 class FrangiFilter {
  public:
   /// Least size of an image, px.
-  static constexpr int kLeastSize = 16;
+  static constexpr int kMinSize = 16;
 
   /// Throws std::invalid_argument when the image is smaller than 16 x 16 px, there is no scale or more than
   /// 8, or a scale is not within 0.5 .. 20 px.
@@ -148,7 +148,7 @@ class FrangiFilter {
   void measure_cell_norms(const GreyPixels& grey, Scale& scale);
   void measure_cell_norms(Scale& scale, const PixelRectangle& row_of_cells);
   [[nodiscard]] static float norm_of(float squared, const ResponseScale& response);
-  [[nodiscard]] static float structureness_of(float greatest_norm);
+  [[nodiscard]] static float structureness_of(float max_norm);
   void stream_scales(const PixelRectangle& part, const RidgeMaps& maps);
   void respond_everywhere(const Scale& scale, const RidgeMaps& maps);
 

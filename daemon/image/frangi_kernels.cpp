@@ -177,7 +177,7 @@ HWY_INLINE hn::Vec<Floats> squared_norm_at(const SmoothedRows& rows, int x) {
   return hn::MulAdd(hn::Mul(h.xy4, hn::Set(d, 0.125F)), h.xy4, squares);
 }
 
-float greatest_norm(const SmoothedRows& rows) {
+float max_norm(const SmoothedRows& rows) {
   const Floats d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   auto greatest = hn::Zero(d);
@@ -187,7 +187,7 @@ float greatest_norm(const SmoothedRows& rows) {
   return hn::GetLane(hn::MaxOfLanes(d, greatest));
 }
 
-void keep_greatest_norms(const SmoothedRows& rows, float* greatest) {
+void keep_max_norms(const SmoothedRows& rows, float* greatest) {
   const Floats d;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   for (int begin = rows.begin; begin < rows.end; begin += lanes) {
@@ -294,8 +294,8 @@ namespace tubed {
 namespace {
 HWY_EXPORT(smooth_float);
 HWY_EXPORT(smooth_integer);
-HWY_EXPORT(greatest_norm);
-HWY_EXPORT(keep_greatest_norms);
+HWY_EXPORT(max_norm);
+HWY_EXPORT(keep_max_norms);
 HWY_EXPORT(respond_row);
 HWY_EXPORT(bytes_to_floats);
 HWY_EXPORT(words_to_floats);
@@ -307,9 +307,9 @@ HWY_EXPORT(instruction_set);
 
 void smooth_row(const SmoothFloatRow& task) { HWY_DYNAMIC_DISPATCH(smooth_float)(task); }
 void smooth_row(const SmoothIntegerRow& task) { HWY_DYNAMIC_DISPATCH(smooth_integer)(task); }
-float greatest_squared_norm(const SmoothedRows& rows) { return HWY_DYNAMIC_DISPATCH(greatest_norm)(rows); }
-void keep_greatest_squared_norms(const SmoothedRows& rows, float* greatest) {
-  HWY_DYNAMIC_DISPATCH(keep_greatest_norms)(rows, greatest);
+float max_squared_norm(const SmoothedRows& rows) { return HWY_DYNAMIC_DISPATCH(max_norm)(rows); }
+void keep_max_squared_norms(const SmoothedRows& rows, float* greatest) {
+  HWY_DYNAMIC_DISPATCH(keep_max_norms)(rows, greatest);
 }
 void respond(const SmoothedRows& rows, const ResponseScale& scale, const RidgeRow& maps) {
   HWY_DYNAMIC_DISPATCH(respond_row)(rows, scale, maps);

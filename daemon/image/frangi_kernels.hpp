@@ -47,10 +47,10 @@ struct SmoothedRows {
 };
 
 /// Greatest lxx^2 + lyy^2 + 2 lxy^2 of the columns [begin, end): the squared Hessian norm, not scaled.
-float greatest_squared_norm(const SmoothedRows& rows);
+float max_squared_norm(const SmoothedRows& rows);
 
 /// The same of each column, where it is greater than greatest[x]. Precondition: end - begin >= 16.
-void keep_greatest_squared_norms(const SmoothedRows& rows, float* greatest);
+void keep_max_squared_norms(const SmoothedRows& rows, float* greatest);
 
 /// Constants of one scale's response.
 struct ResponseScale {

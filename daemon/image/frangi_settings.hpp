@@ -1,12 +1,15 @@
+// What can be set about the Frangi filter, and the keys of [frangi].
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
+#include "idl/settings/bound_key.hpp"
+
 namespace tubed {
 
 /// Most scales a filter may have.
-inline constexpr std::size_t kMostFrangiScales = 8;
+inline constexpr std::size_t kMaxFrangiScales = 8;
 
 /// Which ridges count: catheters and wires absorb and are dark on a fluoroscopic image.
 enum class RidgePolarity { kDark, kBright };
@@ -33,5 +36,24 @@ struct FrangiSettings {
   FrangiSmoothing smoothing = FrangiSmoothing::kFloat;
   FrangiArea area = FrangiArea::kBand;
 };
+
+/// The keys of [frangi].
+inline BoundKeys<FrangiSettings> frangi_keys() {
+  using S = FrangiSettings;
+  return {key::numbers("scales_px", &S::scales_px, "px", {0.5, 20}, {1, kMaxFrangiScales},
+                       "standard deviation of each Gaussian"),
+          key::number("beta", &S::beta, "", {0.01, 10}, "how much blob-like structure is suppressed"),
+          key::number("structureness", &S::structureness, "grey levels", {0, 65535},
+                      "Frangi's c; 0 = half the greatest Hessian norm of the image"),
+          key::word("polarity", &S::polarity,
+                    {{RidgePolarity::kDark, "dark"}, {RidgePolarity::kBright, "bright"}},
+                    "what a tube is on the image"),
+          key::word("smoothing", &S::smoothing,
+                    {{FrangiSmoothing::kFloat, "float"}, {FrangiSmoothing::kInteger16, "integer16"}},
+                    "arithmetic of the Gaussians up to 2.5 px; integer16: less time, more rounding"),
+          key::word("area", &S::area, {{FrangiArea::kBand, "band"}, {FrangiArea::kFrame, "frame"}},
+                    "what is filtered before the shape is sought; band: around the tubes where they are "
+                    "expected, and what is missing when it is needed; frame: all of every image")};
+}
 
 }  // namespace tubed

@@ -11,7 +11,7 @@ float FrangiFilter::norm_of(float squared, const ResponseScale& response) {
   return std::abs(response.variance) * std::sqrt(squared);
 }
 
-float FrangiFilter::structureness_of(float greatest_norm) { return std::max(0.5F * greatest_norm, 1e-6F); }
+float FrangiFilter::structureness_of(float max_norm) { return std::max(0.5F * max_norm, 1e-6F); }
 
 // Of cells side by side, without keeping what is smoothed. The outermost cell may be narrower than a
 // register.
@@ -22,8 +22,8 @@ void FrangiFilter::measure_cell_norms(Scale& scale, const PixelRectangle& row_of
   for (int y = part.top - 1; y <= part.bottom; ++y) {
     smooth(scale, y, part.left - 1, part.right + 1, ring(y));
     if (y > part.top) {
-      keep_greatest_squared_norms({ring(y - 2), ring(y - 1), ring(y), part.left, part.right},
-                                  column_norms_.data());
+      keep_max_squared_norms({ring(y - 2), ring(y - 1), ring(y), part.left, part.right},
+                             column_norms_.data());
     }
   }
   const ResponseScale response = response_of(scale);

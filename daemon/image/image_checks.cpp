@@ -33,6 +33,13 @@ std::uint64_t sum_of(const std::uint8_t* bytes, std::size_t count) {
   return sum;
 }
 
+// Each row of `width` pixels from right to left.
+void mirror(std::vector<float>& grey, int width) {
+  for (auto row = grey.begin(); row != grey.end(); row += width) {
+    std::reverse(row, row + width);
+  }
+}
+
 struct GreyRange {
   float least = 0;
   float greatest = 0;
@@ -54,9 +61,29 @@ GreyRange copy_pixels(const std::uint8_t* bytes, std::vector<float>& grey) {
 
 }  // namespace
 
+ImageRejection ImageDoor::take_geometry(const ImageFrame& frame, ImageMeasurement& measurement) {
+  measurement.geometry = looks_from_;
+  if (camera_.geometry == GeometryUse::kConfiguration) {
+    return ImageRejection::kNone;
+  }
+  if (!frame.geometry) {
+    return camera_.geometry == GeometryUse::kRequired ? ImageRejection::kNoGeometry : ImageRejection::kNone;
+  }
+  if (const char* fault = refusal_of(*frame.geometry, camera_)) {
+    geometry_fault_ = fault;
+    return ImageRejection::kWrongGeometry;
+  }
+  measurement.geometry = frame.geometry;
+  return ImageRejection::kNone;
+}
+
 ImageRejection ImageDoor::take(const ImageFrame& frame, ImageMeasurement& measurement) {
   if (frame.width != measurement.width || frame.height != measurement.height) {
     return ImageRejection::kWrongSize;
+  }
+  const ImageRejection of_geometry = take_geometry(frame, measurement);
+  if (of_geometry != ImageRejection::kNone) {
+    return of_geometry;
   }
   std::vector<float>& grey = measurement.grey;
   const std::size_t bytes = grey.size() * (frame.depth == PixelDepth::kGrey8 ? 1 : 2);
@@ -68,6 +95,9 @@ ImageRejection ImageDoor::take(const ImageFrame& frame, ImageMeasurement& measur
   const GreyRange range = frame.depth == PixelDepth::kGrey8
                               ? copy_pixels<std::uint8_t>(frame.pixels.data(), grey)
                               : copy_pixels<std::uint16_t>(frame.pixels.data(), grey);
+  if (camera_.mirrored) {
+    mirror(grey, measurement.width);
+  }
   measurement.darkest = range.least;
   measurement.brightest = range.greatest;
   learnt_ = std::max(learnt_, *std::lower_bound(kWhiteLevels.begin(), kWhiteLevels.end(), range.greatest));

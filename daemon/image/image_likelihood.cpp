@@ -1,18 +1,10 @@
 #include "daemon/image/image_likelihood.hpp"
 
-#include <array>
-#include <utility>
-
 #include "daemon/image/appearance_lines.hpp"
 
 namespace tubed {
 
 namespace {
-
-constexpr std::array<std::pair<ImageLikelihoodForm, std::string_view>, 3> kNames = {
-    {{ImageLikelihoodForm::kVesselness, "vesselness"},
-     {ImageLikelihoodForm::kPosterior, "posterior"},
-     {ImageLikelihoodForm::kBand, "band"}}};
 
 class VesselnessLikelihood final : public ImageLikelihood {
  public:
@@ -28,14 +20,14 @@ class VesselnessLikelihood final : public ImageLikelihood {
 }  // namespace
 
 std::string_view name_of(ImageLikelihoodForm form) {
-  for (const auto& [named, name] : kNames) {
+  for (const auto& [named, name] : kImageLikelihoodForms) {
     if (named == form) return name;
   }
   return "";
 }
 
 std::optional<ImageLikelihoodForm> image_likelihood_named(std::string_view name) {
-  for (const auto& [form, known] : kNames) {
+  for (const auto& [form, known] : kImageLikelihoodForms) {
     if (known == name) return form;
   }
   return std::nullopt;

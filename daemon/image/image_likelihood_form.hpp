@@ -1,8 +1,11 @@
 // The forms that the image likelihood can have, by name.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string_view>
+
+#include "idl/settings/bound_key.hpp"
 
 namespace tubed {
 
@@ -12,6 +15,12 @@ enum class ImageLikelihoodForm {
   kPosterior,   ///< "posterior": P(tube | y) by histograms over y, on each line, and the same chain
   kBand,        ///< "band": Eq. (16) over all pixels near the tube, each line for itself
 };
+
+/// All forms and their names.
+inline constexpr std::array<NamedValue<ImageLikelihoodForm>, 3> kImageLikelihoodForms{
+    {{ImageLikelihoodForm::kVesselness, "vesselness"},
+     {ImageLikelihoodForm::kPosterior, "posterior"},
+     {ImageLikelihoodForm::kBand, "band"}}};
 
 std::string_view name_of(ImageLikelihoodForm form);
 

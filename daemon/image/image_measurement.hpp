@@ -4,12 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/image/image_area.hpp"
 #include "drivers/interface/image_source.hpp"
 #include "drivers/interface/timestamps.hpp"
+#include "idl/geometry/view_geometry.hpp"
 
 namespace tubed {
 
@@ -19,7 +21,7 @@ enum class ImageState {
   kMeasured,  ///< grey is filled, and vesselness where it was measured
 };
 
-enum class ImageRejection { kNone, kWrongSize, kBlack, kSaturated, kFrozen };
+enum class ImageRejection { kNone, kWrongSize, kBlack, kSaturated, kFrozen, kNoGeometry, kWrongGeometry };
 
 /// y of the paper for one exposure of one camera. Buffers are reserved once and reused.
 struct ImageMeasurement {
@@ -32,6 +34,7 @@ struct ImageMeasurement {
   MonotonicTime grabbed{};
   MonotonicTime frangi_started{};
   MonotonicTime frangi_finished{};
+  std::optional<ViewGeometry> geometry;  ///< it was taken with; nothing: as the room has its camera
   int width = 0;
   int height = 0;
   std::vector<float> grey;        ///< row by row, as the detector gave it
@@ -39,9 +42,8 @@ struct ImageMeasurement {
   float brightest = 0;            ///< greatest of them
   std::vector<float> vesselness;  ///< row by row, 0 .. 1 of ridges, Frangi; holds in `measured` only
   ImageArea measured;             ///< elsewhere nobody has looked: neither ridge nor none
-  RidgePolarity polarity = RidgePolarity::kDark;  ///< of the ridges in vesselness
-  std::array<float, kMostFrangiScales>
-      structureness{};  ///< c of each scale that vesselness was measured with
+  RidgePolarity polarity = RidgePolarity::kDark;        ///< of the ridges in vesselness
+  std::array<float, kMaxFrangiScales> structureness{};  ///< c of each scale that vesselness was measured with
 
   /// All of it counts as measured, until a VesselnessMeter takes it.
   void reserve(int reserved_width, int reserved_height) {

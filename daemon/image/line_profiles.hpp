@@ -11,13 +11,13 @@ namespace tubed {
 
 /// A tube is darker (brighter, as the image's polarity is) over its width than on both of its sides. A ridge
 /// filter asks that of circles, so a dark noisy stretch answers to it everywhere, and of several widths, so
-/// the edge of the spine does; who knows where the tube runs and how wide it is may ask more. Called by the
+/// the edge of the spine does; a caller that knows the tube's course and width may test more. Called by the
 /// optimizer thread; memory is the object itself.
 class LineProfiles {
  public:
-  static constexpr int kMostReach = 24;  ///< px to either side
+  static constexpr int kMaxReach = 24;  ///< px to either side
 
-  /// Looks across those of the lines that are in view, `reach_px` (1 .. kMostReach) to either side. Lines
+  /// Looks across those of the lines that are in view, `reach_px` (1 .. kMaxReach) to either side. Lines
   /// next to each other share the level of noise.
   void measure(const ImageMeasurement& image, std::span<const CorrespondenceLine> lines, int reach_px);
 
@@ -34,7 +34,7 @@ class LineProfiles {
  private:
   static constexpr int kPadding = 12;  ///< px beyond the reach, for the sides
 
-  using Greys = std::array<float, 2 * (kMostReach + kPadding) + 1>;
+  using Greys = std::array<float, 2 * (kMaxReach + kPadding) + 1>;
 
   [[nodiscard]] static bool is_of_use(const CorrespondenceLine& line);
   void look_across(const ImageMeasurement& image, const CorrespondenceLine& line, int reach_px);
@@ -44,10 +44,10 @@ class LineProfiles {
 
   Greys greys_{};
   Greys steps_{};
-  std::array<std::array<float, 2 * kMostReach + 1>, kMostCorrespondenceLines> contrast_{};  ///< of the usual
-  std::array<float, kMostCorrespondenceLines> noise_{};
-  std::array<float, kMostCorrespondenceLines> slope_{};
-  std::array<float, kMostCorrespondenceLines> peaks_{};
+  std::array<std::array<float, 2 * kMaxReach + 1>, kMaxCorrespondenceLines> contrast_{};  ///< of the usual
+  std::array<float, kMaxCorrespondenceLines> noise_{};
+  std::array<float, kMaxCorrespondenceLines> slope_{};
+  std::array<float, kMaxCorrespondenceLines> peaks_{};
 };
 
 }  // namespace tubed

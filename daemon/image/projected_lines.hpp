@@ -4,11 +4,11 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "daemon/geometry/camera.hpp"
 #include "daemon/image/correspondence_lines.hpp"
 #include "daemon/image/image_area.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 

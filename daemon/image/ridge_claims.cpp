@@ -61,7 +61,7 @@ bool RidgeClaims::find(std::span<const CorrespondenceLine> lines, const PerLine&
 
 void RidgeClaims::collect(std::span<const CorrespondenceLine> lines, const PerLine& on_ridge) {
   count_ = 0;
-  longest_step_px_ = 1;
+  max_step_px_ = 1;
   double widest_px = 0;
   for (std::size_t i = 0; i < std::min(lines.size(), found_.size()); ++i) {
     if (!lines[i].in_view || !on_ridge[i]) continue;
@@ -74,7 +74,7 @@ void RidgeClaims::collect(std::span<const CorrespondenceLine> lines, const PerLi
     const Found& next = found_[static_cast<std::size_t>(place + 1)];
     if (next.line == found.line + 1) {
       found.run_end = next.run_end;
-      longest_step_px_ = std::max(longest_step_px_, (next.p_px - found.p_px).norm());
+      max_step_px_ = std::max(max_step_px_, (next.p_px - found.p_px).norm());
     }
   }
   near_px_ = std::hypot(kBeside * widest_px, kSameRidge_px);
@@ -82,7 +82,7 @@ void RidgeClaims::collect(std::span<const CorrespondenceLine> lines, const PerLi
 
 // What is far off is passed over in as many steps as that takes at least, but not across a gap.
 int RidgeClaims::step_toward(double distance_px, int place) const {
-  const double steps = (distance_px - near_px_) / longest_step_px_;
+  const double steps = (distance_px - near_px_) / max_step_px_;
   const int rest = found_[static_cast<std::size_t>(place)].run_end - place;
   return steps > 1 ? static_cast<int>(std::min<double>(steps, rest)) : 1;
 }

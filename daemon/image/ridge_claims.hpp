@@ -35,7 +35,7 @@ class RidgeClaims {
     }
   };
 
-  using PerLine = std::array<bool, kMostCorrespondenceLines>;
+  using PerLine = std::array<bool, kMaxCorrespondenceLines>;
 
   /// Lines, neighbours along the tube next to each other, that have found one ridge with another stretch;
   /// whether there are any. `on_ridge[i]`: the image shows a ridge where lines[i] has found the tube; the
@@ -47,7 +47,7 @@ class RidgeClaims {
   bool settle(std::span<const CorrespondenceLine> lines, const PerLine& sees_another);
 
   /// claims()[i] is of lines[i].
-  [[nodiscard]] const std::array<Claim, kMostCorrespondenceLines>& claims() const { return claims_; }
+  [[nodiscard]] const std::array<Claim, kMaxCorrespondenceLines>& claims() const { return claims_; }
 
  private:
   /// A line that claims what it found.
@@ -63,11 +63,11 @@ class RidgeClaims {
   [[nodiscard]] int step_toward(double distance_px, int place) const;
   [[nodiscard]] bool mostly(const PerLine& sees_another, int line, int count) const;
 
-  std::array<Claim, kMostCorrespondenceLines> claims_{};
-  std::array<Found, kMostCorrespondenceLines> found_;
+  std::array<Claim, kMaxCorrespondenceLines> claims_{};
+  std::array<Found, kMaxCorrespondenceLines> found_;
   int count_ = 0;
-  double longest_step_px_ = 1;  ///< from one of found_ to the next of its run
-  double near_px_ = 0;          ///< beyond, nobody is beside a line
+  double max_step_px_ = 1;  ///< from one of found_ to the next of its run
+  double near_px_ = 0;      ///< beyond, nobody is beside a line
 };
 
 }  // namespace tubed

@@ -17,9 +17,9 @@ constexpr double kBetterThanEnds = 3.0;  // log-odds of the best place against t
 constexpr std::size_t kNearEnd = 10;  // samples behind the end whose height is that of the tip
 
 /// log-odds that the tube ends before sample k, from those that it ends before the first one.
-using Odds = std::array<double, kMostEndSamples + 1>;
+using Odds = std::array<double, kMaxEndSamples + 1>;
 
-std::size_t compare(const std::array<double, kMostEndSamples>& seen, std::size_t count, double height,
+std::size_t compare(const std::array<double, kMaxEndSamples>& seen, std::size_t count, double height,
                     Odds& ends) {
   ends[0] = 0;
   for (std::size_t k = 0; k < count; ++k) {
@@ -31,7 +31,7 @@ std::size_t compare(const std::array<double, kMostEndSamples>& seen, std::size_t
 
 /// Many a tip carries an electrode or a marker and is far darker than the rest: its edge is where half of its
 /// own height is reached.
-double height_behind(const std::array<double, kMostEndSamples>& seen, std::size_t count, std::size_t end,
+double height_behind(const std::array<double, kMaxEndSamples>& seen, std::size_t count, std::size_t end,
                      double usual_height) {
   std::array<double, kNearEnd> near_end{};
   std::size_t taken = 0;
@@ -50,11 +50,11 @@ double height_behind(const std::array<double, kMostEndSamples>& seen, std::size_
 
 std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<const Eigen::Vector2d> path_px,
                                      float ridge_height) {
-  const auto count = std::min<std::size_t>(path_px.size(), kMostEndSamples);
+  const auto count = std::min<std::size_t>(path_px.size(), kMaxEndSamples);
   if (count < 3 || !(ridge_height > 0)) {
     return std::nullopt;
   }
-  std::array<double, kMostEndSamples> seen{};
+  std::array<double, kMaxEndSamples> seen{};
   for (std::size_t k = 0; k < count; ++k) {
     const Eigen::Vector2d& p_px = path_px[k];
     if (!image.measured.covers_box(p_px, p_px.array() + 1)) {

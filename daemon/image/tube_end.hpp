@@ -16,7 +16,7 @@ struct TubeEnd {
 };
 
 /// `path_px`: points about 1 px apart, from where no tube should be any more, over the expected end, to where
-/// the tube surely is (at most kMostEndSamples). `ridge_height`: vesselness of the tube as its neighbourhood
+/// the tube surely is (at most kMaxEndSamples). `ridge_height`: vesselness of the tube as its neighbourhood
 /// shows it (LineSearch::Outcome). Compares, for every place the tube may end at, ridge on the one side and
 /// none on the other; pixels next to each other see the same noise and count accordingly. Nothing when no
 /// place is clearly better than the path's own ends: something ridge-like goes on beyond the tip, or nothing
@@ -24,6 +24,6 @@ struct TubeEnd {
 std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<const Eigen::Vector2d> path_px,
                                      float ridge_height);
 
-constexpr int kMostEndSamples = 64;
+constexpr int kMaxEndSamples = 64;
 
 }  // namespace tubed

@@ -56,18 +56,17 @@ void VesselnessMeter::measure(ImageMeasurement& image, const ImageArea& area) {
   image.measured.add(area);
 }
 
-void ImageOnDemand::take(ImageMeasurement& image) {
-  image_ = &image;
+void ImageOnDemand::begin() {
   asked_.clear();
   counted_ = false;
 }
 
-void ImageOnDemand::require(const ImageArea& area) {
+void ImageOnDemand::filter_missing(ImageMeasurement& image, const ImageArea& area) {
   asked_.add(area);
-  if (image_ == nullptr || image_->state != ImageState::kMeasured || image_->measured.covers(area)) {
+  if (image.state != ImageState::kMeasured || image.measured.covers(area)) {
     return;
   }
-  meter_.complete(*image_, area);
+  meter_.complete(image, area);
   completed_images_ += counted_ ? 0 : 1;
   counted_ = true;
 }

@@ -8,7 +8,7 @@
 
 namespace tubed {
 
-/// Who a meter works for.
+/// What a meter is used for.
 enum class MeterUse {
   kFirst,     ///< takes images as they come and decides on c
   kComplete,  ///< measures what is missing of images that another meter has taken
@@ -40,21 +40,22 @@ class VesselnessMeter {
   std::vector<PixelRectangle> rectangles_;
 };
 
-/// Lets whoever reads an image have measured what it needs, and remembers what that was. Of one camera,
-/// called by the optimizer thread only; never allocates.
+/// The second Frangi of an image: of what its reader needs and the first has not measured. Remembers what was
+/// needed. Of one camera, called by the optimizer thread only; never allocates.
 class ImageOnDemand {
  public:
   /// Throws as FrangiFilter.
   ImageOnDemand(int width, int height, const FrangiSettings& settings)
       : meter_(width, height, settings, MeterUse::kComplete), asked_(width, height) {}
 
-  /// A new image, asked for nothing yet; it has to live until the next one.
-  void take(ImageMeasurement& image);
+  /// Another image comes, of which nothing has been asked yet.
+  void begin();
 
-  /// Afterwards all of `area` is measured in the image taken last.
-  void require(const ImageArea& area);
+  /// Filters what is missing of `area` in `image`, the one that begin() announced: its vesselness and
+  /// measured change, nothing else. Does nothing when there is nothing missing, or the image has no pixels.
+  void filter_missing(ImageMeasurement& image, const ImageArea& area);
 
-  /// All that was required of the image taken last.
+  /// All that was asked of the newest image.
   [[nodiscard]] const ImageArea& asked() const { return asked_; }
 
   /// Images of which something had to be measured here, since it was not where it was expected.
@@ -63,7 +64,6 @@ class ImageOnDemand {
  private:
   VesselnessMeter meter_;
   ImageArea asked_;
-  ImageMeasurement* image_ = nullptr;
   bool counted_ = false;  ///< in completed_images_
   std::uint64_t completed_images_ = 0;
 };

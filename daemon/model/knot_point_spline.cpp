@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/geometry/precondition.hpp"
 #include "daemon/model/gauss_legendre.hpp"
+#include "idl/geometry/precondition.hpp"
 
 namespace tubed {
 namespace {

@@ -1,12 +1,12 @@
 #include "daemon/model/spline_geometry.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/geometry/precondition.hpp"
+#include "daemon/model/dense_solver.hpp"
 #include "daemon/model/gauss_legendre.hpp"
+#include "idl/geometry/precondition.hpp"
 
 namespace tubed {
 namespace {
@@ -71,9 +71,9 @@ std::optional<Eigen::Matrix3Xd> fit_coefficients(const UniformCubicBSpline& spli
     const CubicBasis basis = spline.basis(s_mm(i));
     for (int k = 0; k < 4; ++k) weights(i, basis.first + k) = basis.value[static_cast<std::size_t>(k)];
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(weights);
-  if (qr.rank() < n) return std::nullopt;
-  return Eigen::Matrix3Xd(qr.solve(p_mm.transpose()).transpose());
+  const LeastSquares fit(weights);
+  if (fit.rank() < n) return std::nullopt;
+  return Eigen::Matrix3Xd(fit.solve(p_mm.transpose()).transpose());
 }
 
 }  // namespace tubed

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/geometry/precondition.hpp"
+#include "idl/geometry/precondition.hpp"
 
 namespace tubed {
 

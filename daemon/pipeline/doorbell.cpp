@@ -27,7 +27,8 @@ int futex_wait(std::atomic<std::uint32_t>* word, std::uint32_t expected, Monoton
 }  // namespace
 
 void Doorbell::ring() noexcept {
-  // seq_cst with the sleeper's increment and re-check: either we see the sleeper, or it sees the new count.
+  // seq_cst with the sleeper's increment and first look: either we see the sleeper, or it sees the new count.
+  // Modelled in tests/models/doorbell.pml, which shows that each order below is needed.
   count_.fetch_add(1, std::memory_order_seq_cst);
   if (sleepers_.load(std::memory_order_seq_cst) != 0) {
     syscall(SYS_futex, &count_, FUTEX_WAKE_PRIVATE, INT_MAX, nullptr, nullptr, 0);
@@ -38,12 +39,14 @@ bool Doorbell::wait_until(MonotonicTime deadline) noexcept {
   sleepers_.fetch_add(1, std::memory_order_seq_cst);  // pairs with the load in ring()
   std::uint32_t count = count_.load(std::memory_order_seq_cst);
   while (count == seen_) {
+    // acquire, here and below: what was written before ring() is visible. The kernel has ordered the rest.
     if (futex_wait(&count_, seen_, deadline) == ETIMEDOUT) {
-      count = count_.load(std::memory_order_seq_cst);
+      count = count_.load(std::memory_order_acquire);
       break;
     }
-    count = count_.load(std::memory_order_seq_cst);
+    count = count_.load(std::memory_order_acquire);
   }
+  // relaxed: late, it costs ring() a system call in vain.
   sleepers_.fetch_sub(1, std::memory_order_relaxed);
   const bool rung = count != seen_;
   seen_ = count;

@@ -2,17 +2,26 @@
 
 namespace tubed {
 
-bool EmAcquisitionStage::step(const Clock& /*clock*/) noexcept {
-  hand_over_identity();
-  if (!has_frame_) {
+// Opening is a step of its own: it may take seconds, which are no time of a measurement.
+bool EmAcquisitionStage::step(const Clock& clock) noexcept {
+  if (!session_.is_open()) {
+    session_.open(clock);
     return false;
   }
-  has_frame_ = false;
-  to_optimizer_.push(frame_);
-  to_publisher_.push(frame_);
-  publisher_bell_.ring();
+  const ReadOutcome outcome = session_.read(frame_, clock);
+  hand_over_identity();
+  if (outcome == ReadOutcome::kFrame) {
+    hand_over();
+  }
+  return came_to_something(outcome);
+}
+
+void EmAcquisitionStage::hand_over() noexcept {
+  for (const EmHandOver& to : {to_optimizer_, to_publisher_}) {
+    to.ring.push(frame_);
+    to.bell.ring();
+  }
   ++outputs_;
-  return true;
 }
 
 void EmAcquisitionStage::hand_over_identity() noexcept {
@@ -22,13 +31,13 @@ void EmAcquisitionStage::hand_over_identity() noexcept {
   handed_over_ = identity_->identity();
   tracker_.back() = handed_over_;
   tracker_.publish();
-  publisher_bell_.ring();
+  to_publisher_.bell.ring();
 }
 
 void EmAcquisitionStage::describe(StageReport& report) const noexcept {
   session_.describe(report);
   report.outputs = outputs_;
-  report.dropped = to_optimizer_.refused() + to_publisher_.refused();
+  report.dropped = to_optimizer_.ring.refused() + to_publisher_.ring.refused();
 }
 
 }  // namespace tubed

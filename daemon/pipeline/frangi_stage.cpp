@@ -16,6 +16,10 @@ const char* words_of(ImageRejection rejection) {
       return "image refused: more than half of it is saturated";
     case ImageRejection::kFrozen:
       return "image refused: equal to the one before, bit by bit";
+    case ImageRejection::kNoGeometry:
+      return "image refused: it came without a geometry, and its [[camera]] has geometry = \"required\"";
+    case ImageRejection::kWrongGeometry:
+      return "image refused: the geometry that came with it cannot be";
   }
   return "image refused";
 }
@@ -23,6 +27,9 @@ const char* words_of(ImageRejection rejection) {
 bool FrangiStage::step(const Clock& clock) noexcept {
   if (!from_grab_.fetch()) {
     return false;
+  }
+  if (configured_ != nullptr && configured_->fetch()) {
+    image_half_.door.look_from(configured_->front());
   }
   const ImageFrame& frame = from_grab_.front();
   ImageMeasurement& measurement = to_optimizer_.back();
@@ -47,10 +54,12 @@ bool FrangiStage::step(const Clock& clock) noexcept {
   }
   newest_rejection_ = measurement.rejection;
   seen_any_ = true;
-  measurement.frangi_finished = clock.now();
+  const MonotonicTime measurement_end = clock.now();
+  measurement.frangi_finished = measurement_end;
   superseded_ += to_optimizer_.publish() ? 1 : 0;
   ++outputs_;
   optimizer_bell_.ring();
+  if (preview_) preview_->offer(frame, measurement_end);
   return true;
 }
 
@@ -65,7 +74,9 @@ void FrangiStage::describe(StageReport& report) const noexcept {
   report.state = !seen_any_ ? StageState::kStarting
                             : (newest_rejection_ == ImageRejection::kNone ? StageState::kRunning
                                                                           : StageState::kDegraded);
-  std::snprintf(report.why.data(), report.why.size(), "%s", words_of(newest_rejection_));
+  const bool has_words = newest_rejection_ == ImageRejection::kWrongGeometry;
+  std::snprintf(report.why.data(), report.why.size(), "%s%s%s", words_of(newest_rejection_),
+                has_words ? ": " : "", has_words ? image_half_.door.geometry_fault() : "");
   report.outputs = outputs_;
   report.dropped = superseded_;
   report.refused = refused_;

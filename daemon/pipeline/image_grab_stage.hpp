@@ -2,37 +2,52 @@
 
 #include <memory>
 
+#include "daemon/pipeline/image_rate_limit.hpp"
 #include "daemon/pipeline/source_session.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
+#include "daemon/pipeline/view_stage.hpp"
 #include "drivers/interface/image_source.hpp"
 
 namespace tubed {
 
 /// Reads one view of the fluoroscope into the newest-frame mailbox, and announces the exposure to the
-/// optimizer so that it can wait for the second view of the same instant. See Stage.
+/// optimizer so that it can wait for the second view of the same instant. A copy goes to the view's watch.
+/// Images that come faster than PipelineSettings::rate_hz are thinned out to it, counted as dropped and told.
+/// See Stage.
 class ImageGrabStage final : public Stage {
  public:
   ImageGrabStage(std::unique_ptr<ImageSource> source, const PipelineSettings& settings,
                  TripleBuffer<ImageFrame>& mailbox, TripleBuffer<MonotonicTime>& announcement,
-                 Doorbell& frangi_bell)
+                 Doorbell& frangi_bell, ViewInlet view = {})
       : session_(std::move(source), settings),
+        limit_(settings.rate_hz),
+        rate_hz_(settings.rate_hz),
         mailbox_(mailbox),
         announcement_(announcement),
-        frangi_bell_(frangi_bell) {}
+        frangi_bell_(frangi_bell),
+        view_(view) {}
 
-  void wait(const Clock& clock) noexcept override { has_frame_ = session_.read(mailbox_.back(), clock); }
+  void wait(const Clock& clock) noexcept override { session_.wait(clock); }
   bool step(const Clock& clock) noexcept override;
   void wake() noexcept override { session_.interrupt(); }
   void describe(StageReport& report) const noexcept override;
 
  private:
+  void take(MonotonicTime now) noexcept;
+  void hand_over() noexcept;
+
   SourceSession<ImageSource, ImageFrame> session_;
+  ImageRateLimit limit_;
+  double rate_hz_;
   TripleBuffer<ImageFrame>& mailbox_;
   TripleBuffer<MonotonicTime>& announcement_;
   Doorbell& frangi_bell_;
-  bool has_frame_ = false;
+  ViewInlet view_;
   std::uint64_t outputs_ = 0;
   std::uint64_t superseded_ = 0;
+  std::uint64_t left_out_ = 0;
+  MonotonicTime newest_left_out_{};
+  bool is_thinning_ = false;  ///< an image was left out within a second
 };
 
 }  // namespace tubed

@@ -9,9 +9,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kSameInstant{2};          // exposures of two views nearer than this are one instant
-constexpr milliseconds kSecondViewPatience{20};  // how long a measured view waits for the other one's Frangi
-constexpr milliseconds kLateImage{250};          // after a stall an image this old is history, not news
+constexpr milliseconds kSameInstant{2};         // exposures of two views nearer than this are one instant
+constexpr milliseconds kSecondViewTimeout{20};  // how long a measured view waits for the other one's Frangi
+constexpr milliseconds kLateImage{250};         // after a stall an image this old is history, not news
 
 nanoseconds from_ms(double ms) { return nanoseconds{static_cast<std::int64_t>(ms * 1e6)}; }
 
@@ -32,8 +32,8 @@ OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimator
       publisher_bell_(publisher_bell),
       period_(from_ms(1000.0 / settings.rate_hz)),
       schedule_(period_, from_ms(settings.tick_grace_ms)),
-      most_patience_(from_ms(settings.image_stale_ms)),
-      most_em_patience_(from_ms(settings.em_stale_ms)),
+      max_image_timeout_(from_ms(settings.image_stale_ms)),
+      max_em_timeout_(from_ms(settings.em_stale_ms)),
       sequence_numbers_(estimators_.size(), 0) {}
 
 void OptimizerStage::wait(const Clock& clock) noexcept {
@@ -55,9 +55,10 @@ MonotonicTime OptimizerStage::em_becomes_stale() const noexcept {
   if (newest == nullptr || newest->measured <= told_stale_) {
     return MonotonicTime::max();
   }
-  return newest->measured + em_.patience(most_em_patience_) + nanoseconds(1);
+  return newest->measured + em_.timeout(max_em_timeout_) + nanoseconds(1);
 }
 
+// A step that only takes measurements in is none: no estimate is due for them.
 bool OptimizerStage::step(const Clock& clock) noexcept {
   const MonotonicTime now = clock.now();
   take_em();
@@ -89,6 +90,7 @@ void OptimizerStage::take_images(MonotonicTime now) noexcept {
     if (cameras_[i].announcements->fetch()) {
       state.announced = cameras_[i].announcements->front();
     }
+    take_view(i);
     if (!cameras_[i].measurements->fetch()) {
       continue;
     }
@@ -99,13 +101,22 @@ void OptimizerStage::take_images(MonotonicTime now) noexcept {
       continue;
     }
     state.unused = true;
-    patience_.saw_instant(image.exposure);
+    image_timeout_.saw_instant(image.exposure);
     state.newest = image.exposure;
     state.state = image.state;
     state.seen_any = true;
-    if (image.state == ImageState::kMeasured) {
+    if (image.state == ImageState::kMeasured && !state.is_moved) {
       state.newest_measured = image.exposure;
     }
+  }
+}
+
+// Moving blades and the like leave open what was known before.
+void OptimizerStage::take_view(std::size_t camera) noexcept {
+  TripleBuffer<ViewVerdict>* const views = cameras_[camera].views;
+  if (views != nullptr && views->fetch()) {
+    const ViewState state = views->front().state;
+    states_[camera].is_moved = state == ViewState::kSuspect || state == ViewState::kMoved;
   }
 }
 
@@ -125,7 +136,7 @@ bool OptimizerStage::is_waiting_for_second_view(int camera, MonotonicTime now) c
   const MonotonicTime instant = states_[static_cast<std::size_t>(camera)].newest;
   const MonotonicTime measured =
       cameras_[static_cast<std::size_t>(camera)].measurements->front().frangi_finished;
-  if (now - measured > kSecondViewPatience) {
+  if (now - measured > kSecondViewTimeout) {
     return false;
   }
   return std::any_of(states_.begin(), states_.end(), [instant](const CameraState& state) {
@@ -140,17 +151,16 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
   observation.now = now;
   observation.is_image_instant = is_image_instant;
   observation.em = &em_;
-  observation.image_patience = patience_.patience(most_patience_);
+  observation.image_timeout = image_timeout_.timeout(max_image_timeout_);
   MonotonicTime newest{};
   for (std::size_t i = 0; i < states_.size(); ++i) {
     CameraState& state = states_[i];
+    observation.geometry_changed = observation.geometry_changed || state.is_moved;
     if (is_image_instant && state.unused && same_instant(state.newest, instant)) {
-      observation.images[i] = &cameras_[i].measurements->front();
-      if (cameras_[i].prediction != nullptr) {
-        observation.on_demand[i] = &cameras_[i].prediction->on_demand();
-        observation.on_demand[i]->take(cameras_[i].measurements->front());
-      }
       state.unused = false;
+      if (!state.is_moved) {
+        show(i, observation);
+      }
     }
     observation.newest_image = std::max(observation.newest_image, state.newest_measured);
     if (state.seen_any && state.newest >= newest) {
@@ -160,6 +170,17 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
     }
   }
   return observation;
+}
+
+void OptimizerStage::show(std::size_t camera, Observation& observation) noexcept {
+  observation.images[camera] = &cameras_[camera].measurements->front();
+  if (cameras_[camera].prediction != nullptr) {
+    if (observation.images[camera]->state == ImageState::kMeasured) {
+      cameras_[camera].prediction->look_from(observation.images[camera]->geometry);
+    }
+    observation.on_demand[camera] = &cameras_[camera].prediction->on_demand();
+    observation.on_demand[camera]->begin();
+  }
 }
 
 void OptimizerStage::make_estimates(const Observation& observation, const Clock& clock) noexcept {
@@ -202,7 +223,7 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
 void OptimizerStage::begin_predictions(const Observation& observation) noexcept {
   for (const CameraInlet& camera : cameras_) {
     if (camera.prediction != nullptr) {
-      camera.prediction->begin(observation.instant, observation.image_patience);
+      camera.prediction->begin(observation.instant, observation.image_timeout);
     }
   }
 }

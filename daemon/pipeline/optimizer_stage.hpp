@@ -6,7 +6,8 @@
 
 #include "daemon/estimator/area_prediction.hpp"
 #include "daemon/estimator/estimator.hpp"
-#include "daemon/estimator/image_patience.hpp"
+#include "daemon/estimator/image_timeout.hpp"
+#include "daemon/image/view_watch.hpp"
 #include "daemon/pipeline/em_acquisition_stage.hpp"
 #include "daemon/pipeline/tick_schedule.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
@@ -20,10 +21,13 @@ struct CameraInlet {
   /// To the Frangi stage: where the next image will be read. Both or neither; without them images come whole.
   TripleBuffer<PredictedArea>* predictions = nullptr;
   AreaPrediction* prediction = nullptr;
+  /// From the view's watch: whether the camera is where its pose says. Without it nobody watches.
+  TripleBuffer<ViewVerdict>* views = nullptr;
 };
 
 /// Makes the estimates of all instruments: at once when an image was measured or when the coils' measurements
-/// have become stale, by the clock in the gaps. See Stage.
+/// have become stale, by the clock in the gaps. Measurements are taken into the history when they come, so
+/// that an image finds them there. See Stage.
 class OptimizerStage final : public Stage {
  public:
   /// `outlets[i]` takes the estimates of `estimators[i]`.
@@ -41,18 +45,21 @@ class OptimizerStage final : public Stage {
     bool unused = false;              ///< measured and not yet part of an estimate
     MonotonicTime announced{};        ///< exposure of the newest grabbed image
     MonotonicTime newest{};           ///< exposure of the newest measured or refused one, or off instant
-    MonotonicTime newest_measured{};  ///< exposure of the newest with pixels
+    MonotonicTime newest_measured{};  ///< exposure of the newest with pixels that may be used
+    bool is_moved = false;            ///< the camera is not, or may not be, where its pose says
     ImageState state = ImageState::kMeasured;
     bool seen_any = false;
   };
 
   void take_em() noexcept;
   void take_images(MonotonicTime now) noexcept;
+  void take_view(std::size_t camera) noexcept;
   [[nodiscard]] MonotonicTime next_estimate() const noexcept;
   [[nodiscard]] MonotonicTime em_becomes_stale() const noexcept;
   [[nodiscard]] int oldest_unused() const noexcept;
   [[nodiscard]] bool is_waiting_for_second_view(int camera, MonotonicTime now) const noexcept;
   Observation observe(MonotonicTime instant, MonotonicTime now, bool is_image_instant) noexcept;
+  void show(std::size_t camera, Observation& observation) noexcept;
   void begin_predictions(const Observation& observation) noexcept;
   void predict(const ImageNeed& need, const TubeEstimate& estimate) noexcept;
   void hand_over_predictions() noexcept;
@@ -68,9 +75,9 @@ class OptimizerStage final : public Stage {
   std::chrono::nanoseconds period_;
   TickSchedule schedule_;
   EmHistory em_;
-  ImagePatience patience_;
-  std::chrono::nanoseconds most_patience_;
-  std::chrono::nanoseconds most_em_patience_;
+  ImageTimeout image_timeout_;
+  std::chrono::nanoseconds max_image_timeout_;
+  std::chrono::nanoseconds max_em_timeout_;
   MonotonicTime told_stale_{};  ///< newest measurement of which an estimate has said that it is stale
   EmFrame incoming_;
   std::vector<std::uint64_t> sequence_numbers_;

@@ -5,6 +5,7 @@
 #include "daemon/pipeline/frangi_stage.hpp"
 #include "daemon/pipeline/image_grab_stage.hpp"
 #include "daemon/pipeline/optimizer_stage.hpp"
+#include "daemon/pipeline/preview_stage.hpp"
 #include "daemon/pipeline/stage_thread.hpp"
 
 namespace tubed {
@@ -17,15 +18,28 @@ struct CameraHandOver {
   TripleBuffer<MonotonicTime> announcements;
   TripleBuffer<ImageMeasurement> measurements;
   TripleBuffer<PredictedArea> predictions;
+  TripleBuffer<ImageFrame> watched;
+  TripleBuffer<ViewVerdict> views;
+  // From the main thread, when the configuration changes it.
+  TripleBuffer<ViewGeometry> configured;
+  TripleBuffer<ViewGeometry> configured_for_watch;
   AreaPrediction prediction;  ///< of the optimizer's thread
   Doorbell frangi_bell;
+  Doorbell view_bell;
+  TripleBuffer<ImageFrame> previews;  ///< without memory unless somebody wants them
 
   CameraHandOver(const CameraCalibration& camera, const FrangiSettings& frangi) : prediction(camera, frangi) {
     predictions.for_each_slot(
         [&](PredictedArea& predicted) { predicted.area = ImageArea(camera.width, camera.height); });
-    frames.for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
+    for (TripleBuffer<ImageFrame>* const mailbox : {&frames, &watched}) {
+      mailbox->for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
+    }
     measurements.for_each_slot(
         [&](ImageMeasurement& measurement) { measurement.reserve(camera.width, camera.height); });
+  }
+
+  void reserve_previews(const CameraCalibration& camera) {
+    previews.for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
   }
 };
 
@@ -39,6 +53,7 @@ struct Pipeline::Parts {
   TripleBuffer<TrackerIdentity> tracker;
   Doorbell optimizer_bell;
   Doorbell publisher_bell;
+  Doorbell preview_bell;
   std::vector<std::unique_ptr<CameraHandOver>> cameras;
   std::vector<std::unique_ptr<TripleBuffer<TubeEstimate>>> estimates;
   std::vector<std::unique_ptr<Stage>> stages;
@@ -47,6 +62,34 @@ struct Pipeline::Parts {
   void add(std::string name, std::unique_ptr<Stage> stage, const ThreadSettings& thread) {
     threads.push_back(std::make_unique<StageThread>(std::move(name), *stage, thread));
     stages.push_back(std::move(stage));
+  }
+
+  /// Grab, watch and filter of the next camera; its hand-overs, as the optimizer sees them.
+  CameraInlet add_camera(const CameraCalibration& camera, std::unique_ptr<ImageSource> source,
+                         const FrangiSettings& frangi, bool has_previews) {
+    const auto number = static_cast<int>(cameras.size());
+    cameras.push_back(std::make_unique<CameraHandOver>(camera, frangi));
+    CameraHandOver& hand_over = *cameras.back();
+    add("grab-" + camera.name,
+        std::make_unique<ImageGrabStage>(std::move(source), settings, hand_over.frames,
+                                         hand_over.announcements, hand_over.frangi_bell,
+                                         ViewInlet{&hand_over.watched, &hand_over.view_bell}),
+        settings.image_grab);
+    add("view-" + camera.name,
+        std::make_unique<ViewStage>(camera, hand_over.watched, hand_over.views, hand_over.view_bell,
+                                    &hand_over.configured_for_watch),
+        settings.view);
+    auto frangi_stage = std::make_unique<FrangiStage>(
+        number, ImageHalf{ImageDoor(camera), VesselnessMeter(camera.width, camera.height, frangi)},
+        hand_over.frames, hand_over.predictions, hand_over.measurements, hand_over.frangi_bell,
+        optimizer_bell, &hand_over.configured);
+    if (has_previews) {
+      hand_over.reserve_previews(camera);
+      frangi_stage->set_preview(PreviewTap(hand_over.previews, preview_bell));
+    }
+    add("frangi-" + camera.name, std::move(frangi_stage), settings.frangi);
+    return {&hand_over.measurements, &hand_over.announcements, &hand_over.predictions, &hand_over.prediction,
+            &hand_over.views};
   }
 
   ~Parts() {
@@ -61,7 +104,7 @@ struct Pipeline::Parts {
 };
 
 Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const FrangiSettings& frangi,
-                   const PipelineSettings& settings, Outlet& outlet)
+                   const PipelineSettings& settings, Outlet& outlet, PreviewOutlet* previews)
     : parts_(std::make_unique<Parts>()) {
   if (!parts.em_source || parts.image_sources.size() != room.cameras.size() ||
       parts.estimators.size() != room.instruments.size()) {
@@ -71,27 +114,21 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
   Parts& p = *parts_;
   p.settings = settings;
   p.add("em",
-        std::make_unique<EmAcquisitionStage>(std::move(parts.em_source), settings, p.em_to_optimizer,
-                                             p.em_to_publisher, p.tracker, p.publisher_bell),
+        std::make_unique<EmAcquisitionStage>(std::move(parts.em_source), settings,
+                                             EmHandOver{p.em_to_optimizer, p.optimizer_bell},
+                                             EmHandOver{p.em_to_publisher, p.publisher_bell}, p.tracker),
         settings.em_acquisition);
   std::vector<CameraInlet> inlets;
+  std::vector<TripleBuffer<ImageFrame>*> preview_mailboxes;
   for (std::size_t i = 0; i < room.cameras.size(); ++i) {
-    const CameraCalibration& camera = room.cameras[i];
-    p.cameras.push_back(std::make_unique<CameraHandOver>(camera, frangi));
-    CameraHandOver& hand_over = *p.cameras.back();
-    p.add("grab-" + camera.name,
-          std::make_unique<ImageGrabStage>(std::move(parts.image_sources[i]), settings, hand_over.frames,
-                                           hand_over.announcements, hand_over.frangi_bell),
-          settings.image_grab);
-    p.add("frangi-" + camera.name,
-          std::make_unique<FrangiStage>(
-              static_cast<int>(i),
-              ImageHalf{ImageDoor(camera.white_level), VesselnessMeter(camera.width, camera.height, frangi)},
-              hand_over.frames, hand_over.predictions, hand_over.measurements, hand_over.frangi_bell,
-              p.optimizer_bell),
-          settings.frangi);
     inlets.push_back(
-        {&hand_over.measurements, &hand_over.announcements, &hand_over.predictions, &hand_over.prediction});
+        p.add_camera(room.cameras[i], std::move(parts.image_sources[i]), frangi, previews != nullptr));
+    if (previews != nullptr) {
+      preview_mailboxes.push_back(&p.cameras.back()->previews);
+    }
+  }
+  if (previews != nullptr) {
+    p.add("preview", std::make_unique<PreviewStage>(preview_mailboxes, *previews, p.preview_bell), {});
   }
   std::vector<TripleBuffer<TubeEstimate>*> outlets;
   for (std::size_t i = 0; i < parts.estimators.size(); ++i) {
@@ -104,15 +141,23 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
         settings.optimizer);
   auto publisher =
       std::make_unique<PublisherStage>(outlets, p.em_to_publisher, p.tracker, outlet, p.publisher_bell);
-  publisher->set_gather([&threads = p.threads](std::vector<NamedReport>& reports) {
-    for (const auto& thread : threads) {
-      reports.push_back({thread->name(), &thread->newest_report()});
+  publisher->set_gather([&p](std::vector<NamedReport>& reports) {
+    for (std::size_t i = 0; i < p.threads.size(); ++i) {
+      reports.push_back({p.threads[i]->name(), &p.threads[i]->newest_report(), p.stages[i]->max_silence()});
     }
   });
   p.add("publisher", std::move(publisher), settings.publisher);
 }
 
 Pipeline::~Pipeline() = default;
+
+void Pipeline::look_from(std::size_t camera, const ViewGeometry& configured) {
+  CameraHandOver& hand_over = *parts_->cameras.at(camera);
+  for (TripleBuffer<ViewGeometry>* const mailbox : {&hand_over.configured, &hand_over.configured_for_watch}) {
+    mailbox->back() = configured;
+    mailbox->publish();
+  }
+}
 
 std::vector<std::string> Pipeline::start() {
   std::vector<std::string> refusals;

@@ -8,6 +8,7 @@
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/image/frangi_settings.hpp"
 #include "daemon/pipeline/pipeline_settings.hpp"
+#include "daemon/pipeline/preview_tap.hpp"
 #include "daemon/pipeline/publisher_stage.hpp"
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/image_source.hpp"
@@ -25,9 +26,10 @@ struct PipelineParts {
 /// Made, started and destroyed by the main thread. Destruction stops the threads in the order of the data.
 class Pipeline {
  public:
-  /// `outlet` outlives the pipeline. Throws std::invalid_argument when parts and room do not fit each other.
+  /// `outlet` and `previews` outlive the pipeline; `previews` null: images go nowhere else. Throws
+  /// std::invalid_argument when parts and room do not fit each other.
   Pipeline(PipelineParts parts, const RoomDescription& room, const FrangiSettings& frangi,
-           const PipelineSettings& settings, Outlet& outlet);
+           const PipelineSettings& settings, Outlet& outlet, PreviewOutlet* previews = nullptr);
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
@@ -35,6 +37,10 @@ class Pipeline {
   /// Starts all threads. Throws std::runtime_error when scheduling was refused and is not optional; returns
   /// the refusals, one a thread, when it is.
   std::vector<std::string> start();
+
+  /// From the next image on, images of that camera that bring no geometry of their own were taken with this
+  /// one. By the main thread, while the threads run.
+  void look_from(std::size_t camera, const ViewGeometry& configured);
 
  private:
   struct Parts;

@@ -85,7 +85,7 @@ void PublisherStage::gather_stages(MonotonicTime now) {
     if (report.reported_ns == 0) {
       continue;  // still at its first step, which may open a device
     }
-    const MonotonicTime falls_silent = from_ns(report.reported_ns) + kSilence;
+    const MonotonicTime falls_silent = from_ns(report.reported_ns) + reports_[i].max_silence;
     if (now < falls_silent) {
       next_silence_ = std::min(next_silence_, falls_silent);
       continue;

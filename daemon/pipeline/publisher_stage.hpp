@@ -18,6 +18,7 @@ namespace tubed {
 struct NamedReport {
   std::string_view name;
   const StageReport* report;
+  std::chrono::nanoseconds max_silence = kSilence;  ///< Stage::max_silence()
 };
 
 /// What is said of all stages and instruments at one time. Whoever gave no sign of life for kSilence is
@@ -27,8 +28,6 @@ struct PipelineStatus {
   std::span<const NamedReport> stages;
   std::span<const InstrumentStatus> instruments;
 };
-
-inline constexpr std::chrono::milliseconds kSilence{250};
 
 /// Where estimates leave the process. All calls come from the publisher thread, which may allocate, lock and
 /// log.

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <exception>
 #include <memory>
 #include <string_view>
@@ -13,9 +12,16 @@
 #include "daemon/pipeline/pipeline_settings.hpp"
 #include "daemon/pipeline/stage.hpp"
 #include "drivers/interface/condition.hpp"
+#include "drivers/interface/fed_locally.hpp"
 #include "drivers/interface/source.hpp"
+#include "idl/printable_text.hpp"
 
 namespace tubed {
+
+/// A read that a stage has worked for: a frame, or what cannot be used.
+constexpr bool came_to_something(ReadOutcome outcome) {
+  return outcome == ReadOutcome::kFrame || outcome == ReadOutcome::kRefused;
+}
 
 /// Source is EmSource or ImageSource, Frame what it reads. Called by the acquisition thread that owns it;
 /// interrupt() by anybody. While the source is open nothing here allocates; opening may.
@@ -25,25 +31,56 @@ class SourceSession {
   SourceSession(std::unique_ptr<Source> source, const PipelineSettings& settings)
       : source_(std::move(source)),
         conditions_(dynamic_cast<HasCondition*>(source_.get())),
-        first_back_off_(to_duration(settings.reconnect_first_ms)),
-        last_back_off_(to_duration(settings.reconnect_last_ms)),
+        // A program of this machine costs next to nothing to ask for, and is used again within 250 ms.
+        first_back_off_(to_duration(settings.reconnect_first_ms) / (is_fed_locally() ? 2 : 1)),
+        last_back_off_(is_fed_locally() ? first_back_off_ : to_duration(settings.reconnect_last_ms)),
         back_off_(first_back_off_) {}
 
   ~SourceSession() { source_->close(); }
   SourceSession(const SourceSession&) = delete;
   SourceSession& operator=(const SourceSession&) = delete;
 
-  /// Reads into `frame`, opening or reopening the source first where that is due. True when a frame came.
-  /// Returns within about a tenth of a second, whatever the source does short of hanging in open().
-  bool read(Frame& frame, const Clock& clock) noexcept {
+  [[nodiscard]] bool is_open() const noexcept { return open_; }
+
+  /// Sleeps until there may be something to read, or until the source may be opened again; 50 ms at most, so
+  /// that a stop is noticed, whatever the source waits for.
+  void wait(const Clock& clock) noexcept {
+    const MonotonicTime until = clock.now() + kMaxWait;
+    if (!open_ || ended_) {
+      bell_.wait_until(ended_ ? until : std::min(next_try_, until));
+    } else if (!may_have_more_) {
+      source_->wait(until);
+    }
+  }
+
+  /// Opens or reopens the source where it is not open and that is due. True: it is open. May take as long as
+  /// the source's open().
+  bool open(const Clock& clock) noexcept {
+    if (open_ || clock.now() < next_try_) {
+      return open_;
+    }
+    OpenResult result = open_source();
+    if (!result.ok) {
+      lose(clock, result.why);
+      return false;
+    }
+    if (conditions_ == nullptr) {
+      reconnects_ += opened_before_ ? 1 : 0;
+    } else if (!opened_before_) {
+      state_ = StageState::kStarting;  // it was not there yet; it is not found again
+    }
+    open_ = opened_before_ = true;
+    return true;
+  }
+
+  /// Reads into `frame` what has come. Waits for nothing but a source's close(), when it gives kLost.
+  /// Precondition: is_open().
+  ReadOutcome read(Frame& frame, const Clock& clock) noexcept {
     if (ended_) {
-      bell_.wait_until(clock.now() + kPatience);
-      return false;
+      return ReadOutcome::kNothing;
     }
-    if (!open_ && !try_open(clock)) {
-      return false;
-    }
-    const ReadOutcome outcome = source_->read(frame, clock.now() + kPatience);
+    const ReadOutcome outcome = source_->read(frame);
+    may_have_more_ = came_to_something(outcome);
     take_condition();
     switch (outcome) {
       case ReadOutcome::kFrame:
@@ -52,8 +89,8 @@ class SourceSession {
           state_ = StageState::kRunning;
           say("");
         }
-        return true;
-      case ReadOutcome::kTimeout:
+        break;
+      case ReadOutcome::kNothing:
         break;
       case ReadOutcome::kRefused:
         ++refused_;
@@ -67,7 +104,7 @@ class SourceSession {
         say("the recording is over");
         break;
     }
-    return false;
+    return outcome;
   }
 
   void interrupt() noexcept { bell_.ring(); }
@@ -80,26 +117,13 @@ class SourceSession {
   }
 
  private:
-  static constexpr std::chrono::milliseconds kPatience{50};
+  static constexpr std::chrono::milliseconds kMaxWait{50};
 
   static std::chrono::nanoseconds to_duration(double ms) {
     return std::chrono::nanoseconds{static_cast<std::int64_t>(ms * 1e6)};
   }
 
-  bool try_open(const Clock& clock) noexcept {
-    if (clock.now() < next_try_) {
-      bell_.wait_until(std::min(next_try_, clock.now() + kPatience));
-      return false;
-    }
-    OpenResult result = open_source();
-    if (!result.ok) {
-      lose(clock, result.why.c_str());
-      return false;
-    }
-    reconnects_ += opened_before_ ? 1 : 0;
-    open_ = opened_before_ = true;
-    return true;
-  }
+  [[nodiscard]] bool is_fed_locally() const { return dynamic_cast<IsFedLocally*>(source_.get()) != nullptr; }
 
   OpenResult open_source() noexcept {
     try {
@@ -109,7 +133,7 @@ class SourceSession {
     }
   }
 
-  void lose(const Clock& clock, const char* why) noexcept {
+  void lose(const Clock& clock, std::string_view why) noexcept {
     source_->close();
     open_ = false;
     state_ = StageState::kReconnecting;
@@ -128,8 +152,7 @@ class SourceSession {
     const StageState before = state_;
     state_ = stage_state(condition.state);
     reconnects_ += before == StageState::kReconnecting && state_ == StageState::kRunning ? 1 : 0;
-    const std::string_view words = condition.words.text();
-    std::snprintf(why_.data(), why_.size(), "%.*s", static_cast<int>(words.size()), words.data());
+    say(condition.words.text());
   }
 
   static StageState stage_state(DeviceState state) noexcept {
@@ -144,7 +167,8 @@ class SourceSession {
     return StageState::kReconnecting;
   }
 
-  void say(const char* why) noexcept { std::snprintf(why_.data(), why_.size(), "%s", why); }
+  // What a source says may be in the words of whoever is at its other end.
+  void say(std::string_view why) noexcept { copy_printable(why, why_); }
 
   std::unique_ptr<Source> source_;
   HasCondition* conditions_;  ///< the same object, when it looks for its device by itself
@@ -157,6 +181,7 @@ class SourceSession {
   std::array<char, 256> why_{};
   std::uint64_t refused_ = 0;
   std::uint64_t reconnects_ = 0;
+  bool may_have_more_ = false;  ///< the last read gave something: the next one may, without any waiting
   bool open_ = false;
   bool opened_before_ = false;
   bool ended_ = false;

@@ -1,4 +1,5 @@
-// Bounded queue from one thread to another in which nothing is lost silently.
+// Bounded queue from one thread to another in which nothing is lost silently. Modelled in
+// tests/models/spsc_ring.pml.
 #pragma once
 
 #include <atomic>

@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <mutex>
+#include <new>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "daemon/pipeline/allocation_counter.hpp"
 #include "daemon/pipeline/latency_histogram.hpp"
@@ -56,11 +60,69 @@ constexpr std::size_t kPageBytes = 4096;
   }
 }
 
+/// Threads that wait to be ended.
+class WaitingThreads {
+ public:
+  /// False when the system has no further one.
+  bool add() {
+    try {
+      threads_.emplace_back([this] { const std::scoped_lock wait(gate_); });
+      return true;
+    } catch (const std::system_error&) {
+      return false;
+    } catch (const std::bad_alloc&) {
+      return false;
+    }
+  }
+  WaitingThreads() = default;
+  ~WaitingThreads() {
+    closed_.unlock();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  WaitingThreads(const WaitingThreads&) = delete;
+  WaitingThreads& operator=(const WaitingThreads&) = delete;
+
+ private:
+  std::mutex gate_;
+  std::unique_lock<std::mutex> closed_{gate_};
+  std::vector<std::thread> threads_;
+};
+
 bool same_condition(const StageReport& a, const StageReport& b) {
   return a.state == b.state && a.why == b.why;
 }
 
 }  // namespace
+
+int startable_threads(int count) {
+  WaitingThreads threads;
+  int started = 0;
+  while (started < count && threads.add()) ++started;
+  return started;
+}
+
+std::size_t stack_bytes_of_a_thread() {
+  pthread_attr_t attributes;
+  std::size_t stack = 0;
+  std::size_t guard = 0;
+  pthread_getattr_default_np(&attributes);
+  pthread_attr_getstacksize(&attributes, &stack);
+  pthread_attr_getguardsize(&attributes, &guard);
+  pthread_attr_destroy(&attributes);
+  return stack + guard;
+}
+
+MonotonicTime turn(Stage& stage, const Clock& clock, StageReport& report) noexcept {
+  stage.wait(clock);
+  const MonotonicTime started = clock.now();
+  const bool worked = stage.step(clock);
+  const MonotonicTime finished = clock.now();
+  if (worked) {
+    ++report.steps;
+    count_latency(report.busy, finished - started);
+  }
+  return finished;
+}
 
 MonotonicTime MonotonicClock::now() const noexcept { return std::chrono::steady_clock::now(); }
 
@@ -104,15 +166,7 @@ void StageThread::run() {
   scheduled_.ring();
   report_.since_ns = to_ns(clock_.now());
   while (!stop_.is_set()) {
-    stage_.wait(clock_);
-    const MonotonicTime started = clock_.now();
-    const bool worked = stage_.step(clock_);
-    const MonotonicTime finished = clock_.now();
-    if (worked) {
-      ++report_.steps;
-      count_latency(report_.busy, finished - started);
-    }
-    publish_report(finished);
+    publish_report(turn(stage_, clock_, report_));
   }
 }
 

@@ -24,6 +24,10 @@ struct SchedulingOutcome {
   std::string why;  ///< what was refused and what to do about it
 };
 
+/// One turn of a stage's thread: waits, steps, and counts the step and how long it took in `report` when
+/// there was something to do; never the waiting. When the step had ended.
+MonotonicTime turn(Stage& stage, const Clock& clock, StageReport& report) noexcept;
+
 /// Runs one stage: wait, step, wait, step ... until stopped. The thread's name is the stage's (15 letters at
 /// most).
 class StageThread {
@@ -63,5 +67,12 @@ class StageThread {
   TripleBuffer<StageReport> reports_;
   std::unique_ptr<std::thread> thread_;
 };
+
+/// How many of `count` threads can be alive at the same time beside those that are: starts them, and ends
+/// them again.
+int startable_threads(int count);
+
+/// Of address space, that a thread's stack and its guard take.
+std::size_t stack_bytes_of_a_thread();
 
 }  // namespace tubed

@@ -10,7 +10,7 @@ namespace tubed {
 
 /// A value of the optimizer thread. Every estimate, whatever its reason, pays for one slot of length
 /// `period`; a tick is due `grace` after the start of a slot that nobody paid for. So images at any rate up
-/// to 1/period are completed to exactly that rate, and faster ones are not thinned out.
+/// to 1/period are completed to exactly that rate. Faster ones are thinned out before: ImageRateLimit.
 class TickSchedule {
  public:
   TickSchedule(std::chrono::nanoseconds period, std::chrono::nanoseconds grace)

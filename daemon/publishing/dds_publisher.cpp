@@ -1,6 +1,7 @@
 #include "daemon/publishing/dds_publisher.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <random>
 #include <stdexcept>
@@ -8,6 +9,8 @@
 
 #include "daemon/publishing/wire_conversion.hpp"
 #include "idl/dds_contract.hpp"
+#include "idl/dds_security.hpp"
+#include "idl/printable_text.hpp"
 
 namespace tubed {
 namespace {
@@ -40,13 +43,24 @@ std::vector<InstrumentId> checked_instrument_ids(const std::vector<TubeIdentityV
   return ids;
 }
 
+DdsEntity join(const DdsSettings& dds) {
+  if (dds.security.empty()) {
+    return join_domain(dds.domain, dds.network_interface);
+  }
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  require_keys(dds.security, std::chrono::duration_cast<std::chrono::seconds>(now).count(), Access::kPublish,
+               topic_names(), dds.partition);
+  const DdsQos qos = secured_participant_qos(dds.security);
+  return join_domain(dds.domain, dds.network_interface, qos.get());
+}
+
 }  // namespace
 
 struct DdsPublisher::Writers {
   Writers(const DdsSettings& dds, std::vector<InstrumentId> ids)
       : settings(dds),
         instrument_ids(std::move(ids)),
-        participant(join_domain(dds.domain, dds.network_interface)),
+        participant(join(dds)),
         estimate_writer(make_writer(participant, contract_of<tubed_TubeEstimate>(), dds.partition)),
         em_writer(make_writer(participant, contract_of<tubed_EmSamples>(), dds.partition)),
         status_writer(make_writer(participant, contract_of<tubed_TubeStatus>(), dds.partition)),
@@ -139,12 +153,10 @@ PublishResult DdsPublisher::publish_identity(std::uint32_t instrument,
                                              const TubeIdentityValues& identity) noexcept {
   to_wire(identity, writers_->identity);
   if (identity.world_frame.empty()) {
-    std::strncpy(writers_->identity.world_frame, writers_->settings.world_frame.c_str(),
-                 sizeof(writers_->identity.world_frame) - 1);
+    copy_printable(writers_->settings.world_frame, writers_->identity.world_frame);
   }
   if (identity.world_axes.empty()) {
-    std::strncpy(writers_->identity.world_axes, writers_->settings.world_axes.c_str(),
-                 sizeof(writers_->identity.world_axes) - 1);
+    copy_printable(writers_->settings.world_axes, writers_->identity.world_axes);
   }
   return writers_->write(writers_->identity_writer, instrument, writers_->identity);
 }

@@ -21,7 +21,7 @@ enum class PublishResult { kWritten, kTimedOut, kFailed };
 /// Of all topics since construction.
 struct PublishCounters {
   std::uint64_t written = 0;
-  std::uint64_t timed_out = 0;  ///< gave up after kLongestWrite (2 ms)
+  std::uint64_t timed_out = 0;  ///< gave up after kMaxWrite (2 ms)
   std::uint64_t failed = 0;
 };
 
@@ -31,8 +31,9 @@ class DdsPublisher {
  public:
   /// Joins the domain, writes the identity of every instrument (kept for late joiners). Element i of
   /// `identities` is instrument i of every other call; identity.world_frame empty = settings.world_frame,
-  /// world_axes too. Throws DdsError: no such network interface, domain out of range; std::invalid_argument:
-  /// instrument id empty, longer than 64 characters or given twice, more than kMaxInstruments.
+  /// world_axes too. Throws DdsError: no such network interface, domain out of range, keys that cannot be
+  /// used; std::invalid_argument: instrument id empty, longer than 64 characters or given twice, more than
+  /// kMaxInstruments.
   DdsPublisher(const DdsSettings& settings, const std::vector<TubeIdentityValues>& identities);
   ~DdsPublisher();
   DdsPublisher(DdsPublisher&&) noexcept;

@@ -18,13 +18,14 @@ struct JournalField {
 /// The datagram of one entry. `priority` as syslog counts: 3 error, 4 warning, 6 info, 7 debug.
 std::string journal_entry(int priority, std::string_view words, const std::vector<JournalField>& fields);
 
-/// Where entries go. One thread at a time. Never waits: what the journal does not take at once is not sent.
+/// Where entries go; send() may be called by any thread. Never waits: what the journal does not take at once
+/// is not sent.
 class JournalSocket {
  public:
   /// Of this service, or nothing when `journal_stream` (the environment's JOURNAL_STREAM, null when unset) is
   /// not what `standard_error` is connected to: somebody else reads it then.
   static std::optional<JournalSocket> of_this_service(const char* journal_stream, int standard_error);
-  /// To whoever listens at `path`. Throws std::system_error when there can be no socket.
+  /// Sends to the socket at `path`. Throws std::system_error when there can be no socket.
   explicit JournalSocket(std::string path);
   ~JournalSocket();
   JournalSocket(JournalSocket&& other) noexcept;

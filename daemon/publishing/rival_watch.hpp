@@ -1,4 +1,4 @@
-// Watches for somebody else who publishes shapes of the daemon's own instruments: a second daemon with the
+// Watches for another publisher of the daemon's own instruments: a second daemon with the
 // same configuration, or a forger.
 #pragma once
 

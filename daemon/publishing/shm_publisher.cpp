@@ -1,84 +1,47 @@
 #include "daemon/publishing/shm_publisher.hpp"
 
-#include <grp.h>
-
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstring>
 #include <span>
 
+#include "daemon/publishing/shm_group.hpp"
 #include "daemon/publishing/wire_conversion.hpp"
+#include "idl/wire_fields.h"
 
 namespace tubed {
 
 namespace {
 
-// The struct in shared memory is the one that idlc makes, written down without a DDS header.
+// The struct in shared memory is the one that idlc makes, field by field.
 template <auto ours, auto wires>
 constexpr bool kSamePlace = ours == wires;
-#define TUBED_SAME_PLACE(member) \
-  static_assert(kSamePlace<offsetof(tubed_shm_estimate, member), offsetof(tubed_TubeEstimate, member)>)
-TUBED_SAME_PLACE(instrument_id);
-TUBED_SAME_PLACE(sequence_number);
-TUBED_SAME_PLACE(daemon_start);
-TUBED_SAME_PLACE(valid_time_ns);
-TUBED_SAME_PLACE(valid_time_monotonic_ns);
-TUBED_SAME_PLACE(publish_time_ns);
-TUBED_SAME_PLACE(validity);
-TUBED_SAME_PLACE(reasons);
-TUBED_SAME_PLACE(has_image);
-TUBED_SAME_PLACE(is_image_instant);
-TUBED_SAME_PLACE(image_frame);
-TUBED_SAME_PLACE(em_frame);
-TUBED_SAME_PLACE(em_age_ns);
-TUBED_SAME_PLACE(image_age_ns);
-TUBED_SAME_PLACE(radius_mm);
-TUBED_SAME_PLACE(length_mm);
-TUBED_SAME_PLACE(image_inlier_ratio);
-TUBED_SAME_PLACE(in_view_ratio);
-TUBED_SAME_PLACE(iterations);
-TUBED_SAME_PLACE(point_count);
-TUBED_SAME_PLACE(points);
-TUBED_SAME_PLACE(coefficient_count);
-TUBED_SAME_PLACE(coefficient_spacing_mm);
-TUBED_SAME_PLACE(coefficients_mm);
-TUBED_SAME_PLACE(coil_count);
-TUBED_SAME_PLACE(coils);
-TUBED_SAME_PLACE(stamps);
-#undef TUBED_SAME_PLACE
-static_assert(sizeof(tubed_shm_estimate) == sizeof(tubed_TubeEstimate));
-static_assert(sizeof(tubed_shm_point) == sizeof(tubed_CentrelinePoint));
-static_assert(offsetof(tubed_shm_point, tangent_world) == offsetof(tubed_CentrelinePoint, tangent_world));
-static_assert(offsetof(tubed_shm_point, covariance_mm2) == offsetof(tubed_CentrelinePoint, covariance_mm2));
-static_assert(sizeof(tubed_shm_coil) == sizeof(tubed_CoilResidual));
-static_assert(offsetof(tubed_shm_coil, offset_from_tip_mm) ==
-              offsetof(tubed_CoilResidual, offset_from_tip_mm));
-static_assert(offsetof(tubed_shm_coil, position_mm) == offsetof(tubed_CoilResidual, position_mm));
-static_assert(offsetof(tubed_shm_coil, angle_rad) == offsetof(tubed_CoilResidual, angle_rad));
-static_assert(sizeof(tubed_shm_stamps) == sizeof(tubed_StageStamps));
-static_assert(offsetof(tubed_shm_stamps, publish_started_monotonic_ns) ==
-              offsetof(tubed_StageStamps, publish_started_monotonic_ns));
+#define TUBED_SAME_FIELD(field) static_assert(kSamePlace<offsetof(Ours, field), offsetof(Wires, field)>);
+#define TUBED_SAME_LIST(list, count) TUBED_SAME_FIELD(list)
+#define TUBED_SAME_STRUCT(name, type)                         \
+  namespace same_##type {                                     \
+    using Ours = name;                                        \
+    using Wires = tubed_##type;                               \
+    static_assert(sizeof(Ours) == sizeof(Wires));             \
+    TUBED_FIELDS_OF_##type(TUBED_SAME_FIELD, TUBED_SAME_LIST) \
+  }
+TUBED_SAME_STRUCT(tubed_shm_point, CentrelinePoint)
+TUBED_SAME_STRUCT(tubed_shm_coil, CoilResidual)
+TUBED_SAME_STRUCT(tubed_shm_stamps, StageStamps)
+TUBED_SAME_STRUCT(tubed_shm_estimate, TubeEstimate)
+#undef TUBED_SAME_FIELD
+#undef TUBED_SAME_LIST
+#undef TUBED_SAME_STRUCT
 
 // Of eight instruments at 30 Hz the newest 64 samples are a quarter of a second.
 constexpr std::uint32_t kSlots = 64;
 
-std::optional<gid_t> group_of(const std::string& name) {
-  if (name.empty()) {
-    return {};
-  }
-  group entry{};
-  group* found = nullptr;
-  std::vector<char> words(std::size_t{1} << 16U);
-  if (getgrnam_r(name.c_str(), &entry, words.data(), words.size(), &found) != 0 || found == nullptr) {
-    throw ShmError("shm.group: this system has no group '" + name + "'");
-  }
-  return entry.gr_gid;
-}
-
 ShmWriterSettings writer_settings(const ShmSettings& settings) {
   return {.door = {settings.estimates_socket, group_of(settings.group)},
           .geometry = {kSlots, sizeof(tubed_shm_estimate)},
-          .identity = {TUBED_SHM_ESTIMATES, TUBED_SHM_ESTIMATES_VERSION, "tubed", 0}};
+          .identity = {TUBED_SHM_ESTIMATES, TUBED_SHM_ESTIMATES_VERSION, "tubed", 0},
+          .waking = ShmWaking::kFirst};
 }
 
 }  // namespace
@@ -97,9 +60,9 @@ ShmPublisher::ShmPublisher(const ShmSettings& settings, std::vector<std::string>
 
 ShmPublisher::~ShmPublisher() = default;
 
-void ShmPublisher::publish(const TubeEstimate& estimate, const ClockPair& now) noexcept {
+bool ShmPublisher::publish(const TubeEstimate& estimate, const ClockPair& now) noexcept {
   if (estimate.instrument >= instrument_ids_.size()) {
-    return;
+    return false;
   }
   tubed_TubeEstimate& wire = scratch_->wire;
   to_wire(estimate, now, wire);
@@ -107,6 +70,7 @@ void ShmPublisher::publish(const TubeEstimate& estimate, const ClockPair& now) n
   const std::string& id = instrument_ids_[estimate.instrument];
   std::copy_n(id.data(), std::min(id.size(), sizeof(wire.instrument_id) - 1), wire.instrument_id);
   writer_.publish(std::as_bytes(std::span(&wire, 1)), now.monotonic_ns);
+  return writer_.leaves_sleepers();
 }
 
 }  // namespace tubed

@@ -1,5 +1,5 @@
 // Writes estimates into shared memory, as DDS carries them. The publisher thread alone uses it after
-// construction.
+// construction, wake_sleepers() aside.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,11 @@ class ShmPublisher {
 
   /// Publishes and lets readers in; readers cannot make it wait. It is also the heartbeat: nothing but an
   /// estimate that was really made says that the daemon works. Ignores an instrument it was not told of.
-  void publish(const TubeEstimate& estimate, const ClockPair& now = read_clocks()) noexcept;
+  /// Wakes the first readers itself; true when more may be asleep, which another thread has to wake.
+  bool publish(const TubeEstimate& estimate, const ClockPair& now = read_clocks()) noexcept;
+  /// Any thread without a real-time priority, also while the publisher's goes on: it takes as long as there
+  /// are readers.
+  void wake_sleepers() noexcept { writer_.wake_sleepers(); }
 
   [[nodiscard]] const ShmDoorCounters& door_counters() const { return writer_.door_counters(); }
 

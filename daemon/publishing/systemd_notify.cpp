@@ -33,9 +33,9 @@ ServiceManager service_manager_of_environment() {
   manager.socket = variable("NOTIFY_SOCKET");
   const std::string_view meant_for = variable("WATCHDOG_PID");
   const bool is_meant_for_us = meant_for.empty() || positive_number(meant_for) == std::int64_t{getpid()};
-  const auto patience_us = positive_number(variable("WATCHDOG_USEC"));
-  if (is_meant_for_us && patience_us) {
-    manager.watchdog = std::chrono::microseconds(*patience_us);
+  const auto timeout_us = positive_number(variable("WATCHDOG_USEC"));
+  if (is_meant_for_us && timeout_us) {
+    manager.watchdog = std::chrono::microseconds(*timeout_us);
   }
   return manager;
 }

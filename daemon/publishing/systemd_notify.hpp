@@ -31,7 +31,7 @@ class SystemdNotify {
   SystemdNotify& operator=(const SystemdNotify&) = delete;
 
   /// An estimate has left the process at `now`, CLOCK_MONOTONIC: the first one makes the service ready, and
-  /// each feeds the watchdog, at most four times within its patience. Nothing else does.
+  /// each feeds the watchdog, at most four times within its timeout. Nothing else does.
   void estimate_published(std::chrono::steady_clock::time_point now);
 
   /// STATUS=, when the words are others than last time. Line breaks become blanks.

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <string_view>
+#include <type_traits>
+
+#include "idl/printable_text.hpp"
+#include "idl/wire_fields.h"
 
 namespace tubed {
 namespace {
@@ -27,6 +31,7 @@ static_assert(tubed_REASON_INITIALISING == static_cast<unsigned>(Reason::kInitia
 static_assert(tubed_REASON_DEMO_DATA == static_cast<unsigned>(Reason::kDemoData));
 static_assert(tubed_REASON_REPLAY_DATA == static_cast<unsigned>(Reason::kReplayData));
 static_assert(tubed_REASON_RIVAL_WRITER == static_cast<unsigned>(Reason::kRivalWriter));
+static_assert(tubed_REASON_GEOMETRY_CHANGED == static_cast<unsigned>(Reason::kGeometryChanged));
 
 static_assert(std::size(tubed_TubeEstimate{}.points) == kMaxCentrelinePoints);
 static_assert(std::size(tubed_TubeEstimate{}.coefficients_mm) == kMaxCoefficients);
@@ -43,9 +48,7 @@ static_assert(sizeof(tubed_TubeEstimate{}.instrument_id) == kInstrumentIdLength 
 
 template <std::size_t size>
 void copy_text(std::string_view text, char (&destination)[size]) {
-  const std::size_t length = std::min(text.size(), size - 1);
-  std::copy_n(text.data(), length, destination);
-  std::fill_n(destination + length, size - length, '\0');
+  copy_printable(text, destination);
 }
 
 template <typename T, std::size_t size>
@@ -53,32 +56,72 @@ void copy_array(const std::array<T, size>& source, T (&destination)[size]) {
   std::copy(source.begin(), source.end(), destination);
 }
 
-void copy_points(const TubeEstimate& estimate, tubed_TubeEstimate& wire) {
-  wire.point_count = std::min<std::uint32_t>(estimate.point_count, kMaxCentrelinePoints);
-  for (std::size_t i = 0; i < wire.point_count; ++i) {
-    copy_array(estimate.points[i].p_world_mm, wire.points[i].p_world_mm);
-    copy_array(estimate.points[i].tangent_world, wire.points[i].tangent_world);
-    copy_array(estimate.points[i].covariance_mm2, wire.points[i].covariance_mm2);
+// What TubeEstimate.idl has besides the estimate's own fields, under its names.
+struct SetByTheWriter {};
+struct AddedByPublishing {
+  SetByTheWriter instrument_id;
+  SetByTheWriter daemon_start;
+  std::int64_t valid_time_ns;
+  std::int64_t valid_time_monotonic_ns;
+  std::int64_t publish_time_ns;
+  tubed_StageStamps stamps;
+};
+
+template <typename Ours, typename Wires>
+void copy_field(const Ours& ours, Wires& wire) {
+  if constexpr (std::is_enum_v<Ours>) {
+    wire = static_cast<Wires>(ours);
+  } else if constexpr (std::is_same_v<Ours, Reasons>) {
+    wire = ours.bits();
+  } else {
+    static_assert(std::is_same_v<Ours, Wires>, "a field has one type, in the process and in the .idl file");
+    wire = ours;
   }
 }
 
-void copy_coefficients(const TubeEstimate& estimate, tubed_TubeEstimate& wire) {
-  wire.coefficient_count = std::min<std::uint32_t>(estimate.coefficient_count, kMaxCoefficients);
-  wire.coefficient_spacing_mm = estimate.coefficient_spacing_mm;
-  for (std::size_t i = 0; i < wire.coefficient_count; ++i) {
-    copy_array(estimate.coefficients_mm[i], wire.coefficients_mm[i]);
+template <typename Wires>
+void copy_field(const SetByTheWriter& /*nothing*/, Wires& /*wire*/) {}
+
+template <typename T, std::size_t size>
+void copy_field(const std::array<T, size>& source, T (&destination)[size]) {
+  copy_array(source, destination);
+}
+
+// Every field of `type` in the .idl file has one of its name in its struct here; a new one without that does
+// not compile.
+#define TUBED_COPY_FIELD(field) copy_field(ours.field, wire.field);
+#define TUBED_COPY_NO_LIST(list, count) static_assert(false);
+void copy_field(const CentrelinePoint& ours, tubed_CentrelinePoint& wire) {
+  TUBED_FIELDS_OF_CentrelinePoint(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
+}
+void copy_field(const CoilResidual& ours, tubed_CoilResidual& wire) {
+  TUBED_FIELDS_OF_CoilResidual(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
+}
+#undef TUBED_COPY_FIELD
+#undef TUBED_COPY_NO_LIST
+
+// As many elements as the count says, which is cut to the array.
+template <typename T, typename Wires, std::size_t size>
+void copy_list(const std::array<T, size>& ours, Wires (&wire)[size], std::uint32_t& count) {
+  count = std::min<std::uint32_t>(count, size);
+  for (std::size_t i = 0; i < count; ++i) {
+    copy_field(ours[i], wire[i]);
   }
 }
 
-void copy_coils(const TubeEstimate& estimate, tubed_TubeEstimate& wire) {
-  wire.coil_count = std::min<std::uint32_t>(estimate.coil_count, kMaxCoils);
-  for (std::size_t i = 0; i < wire.coil_count; ++i) {
-    const CoilResidual& coil = estimate.coils[i];
-    wire.coils[i] = {.state = static_cast<std::uint32_t>(coil.state),
-                     .offset_from_tip_mm = coil.offset_from_tip_mm,
-                     .position_mm = coil.position_mm,
-                     .angle_rad = coil.angle_rad};
+// A field of the wire that publishing adds, else that of the same name of the estimate.
+template <typename Estimate, typename Added>
+void copy_estimate(const Estimate& estimate, const Added& added, tubed_TubeEstimate& wire) {
+#define TUBED_COPY_FIELD(field)              \
+  if constexpr (requires { added.field; }) { \
+    copy_field(added.field, wire.field);     \
+  } else {                                   \
+    copy_field(estimate.field, wire.field);  \
   }
+#define TUBED_COPY_LIST(list, count) copy_list(estimate.list, wire.list, wire.count);
+  TUBED_FIELDS_OF_TubeEstimate(TUBED_COPY_FIELD, TUBED_COPY_LIST)
+#undef TUBED_COPY_FIELD
+#undef TUBED_COPY_LIST
 }
 
 tubed_StageStamps stamps_on_wire(const StageStamps& stamps, const ClockPair& now) {
@@ -125,27 +168,14 @@ void copy_tracker(const TrackerIdentityValues& tracker, tubed_TrackerIdentity& w
 }  // namespace
 
 void to_wire(const TubeEstimate& estimate, const ClockPair& now, tubed_TubeEstimate& wire) {
-  wire.sequence_number = estimate.sequence_number;
-  wire.valid_time_ns = estimate.valid_time_ns == 0 ? 0 : now.to_realtime_ns(estimate.valid_time_ns);
-  wire.valid_time_monotonic_ns = estimate.valid_time_ns;
-  wire.publish_time_ns = now.realtime_ns;
-  wire.validity = static_cast<std::uint32_t>(estimate.validity);
-  wire.reasons = estimate.reasons.bits();
-  wire.has_image = estimate.has_image;
-  wire.is_image_instant = estimate.is_image_instant;
-  wire.image_frame = estimate.image_frame;
-  wire.em_frame = estimate.em_frame;
-  wire.em_age_ns = estimate.em_age_ns;
-  wire.image_age_ns = estimate.image_age_ns;
-  wire.radius_mm = estimate.radius_mm;
-  wire.length_mm = estimate.length_mm;
-  wire.image_inlier_ratio = estimate.image_inlier_ratio;
-  wire.in_view_ratio = estimate.in_view_ratio;
-  wire.iterations = estimate.iterations;
-  copy_points(estimate, wire);
-  copy_coefficients(estimate, wire);
-  copy_coils(estimate, wire);
-  wire.stamps = stamps_on_wire(estimate.stamps, now);
+  const AddedByPublishing added{
+      .instrument_id = {},
+      .daemon_start = {},
+      .valid_time_ns = estimate.valid_time_ns == 0 ? 0 : now.to_realtime_ns(estimate.valid_time_ns),
+      .valid_time_monotonic_ns = estimate.valid_time_ns,
+      .publish_time_ns = now.realtime_ns,
+      .stamps = stamps_on_wire(estimate.stamps, now)};
+  copy_estimate(estimate, added, wire);
 }
 
 void to_wire(const EmSamplesValues& samples, const ClockPair& now, tubed_EmSamples& wire) {

@@ -75,7 +75,7 @@ HandleReading sent_pose(const HandleReading& reading, CanCoilState state) noexce
 }
 
 /// The layout has the image of z by the formula for quaternions of unit length, as it is: of one rounded to
-/// four digits it comes out up to 1e-4 too long or short, and who receives it makes it a unit vector.
+/// four digits it comes out up to 1e-4 too long or short, and the receiver normalises it.
 Eigen::Vector3d axis_as_sent(const Quaternion& rotation, CanCoilState state) noexcept {
   if (state != CanCoilState::kValid) {
     return Eigen::Vector3d::Zero();

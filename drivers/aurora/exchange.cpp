@@ -41,8 +41,7 @@ bool Exchange::send_break() noexcept {
   return channel_->send_break();
 }
 
-void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout,
-                    Patience patience) noexcept {
+void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout, ReplyWait wait) noexcept {
   const MonotonicTime start = now();
   trace_.sent(start, command.bytes());
   if (start >= last_byte_ + kQuietLine) {
@@ -51,7 +50,7 @@ void Exchange::send(const CommandLine& command, std::chrono::nanoseconds timeout
   gone_ = !channel_->write(command.bytes()) || gone_;
   pending_ = true;
   answer_begun_ = answer_begun_ && start < last_byte_ + kQuietLine;
-  patience_ = patience;
+  reply_wait_ = wait;
   damaged_before_ = damaged();
   sent_ = start;
   asked_ = start + static_cast<std::int64_t>(command.bytes().size()) * byte_time();
@@ -129,7 +128,7 @@ std::uint64_t Exchange::damaged() const noexcept {
 }
 
 MonotonicTime Exchange::give_up_at() const noexcept {
-  const bool damaged_reply = patience_ == Patience::kWhileTalking && damaged() > damaged_before_;
+  const bool damaged_reply = reply_wait_ == ReplyWait::kWhileTalking && damaged() > damaged_before_;
   return damaged_reply ? std::min(deadline_, last_byte_ + kQuietLine) : deadline_;
 }
 

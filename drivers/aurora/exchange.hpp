@@ -20,7 +20,7 @@ class Exchange {
     kGone      ///< the channel has no other end any more
   };
   /// How a damaged reply is treated.
-  enum class Patience {
+  enum class ReplyWait {
     kUntilDeadline,  ///< noise before a slow reply must not end the waiting
     kWhileTalking    ///< over as soon as the line has been quiet for a moment
   };
@@ -45,8 +45,10 @@ class Exchange {
 
   /// Sends; from now on a reply is pending. Not while one is.
   void send(const CommandLine& command, std::chrono::nanoseconds timeout,
-            Patience patience = Patience::kUntilDeadline) noexcept;
+            ReplyWait wait = ReplyWait::kUntilDeadline) noexcept;
   [[nodiscard]] bool pending() const noexcept { return pending_; }
+  /// When a pending reply is no longer waited for, should nothing more come.
+  [[nodiscard]] MonotonicTime give_up_at() const noexcept;
   /// Stops waiting for the reply.
   void abandon() noexcept { pending_ = false; }
 
@@ -70,7 +72,6 @@ class Exchange {
 
  private:
   [[nodiscard]] std::uint64_t damaged() const noexcept;
-  [[nodiscard]] MonotonicTime give_up_at() const noexcept;
   bool take_reply(Reply& reply) noexcept;
   void take(Bytes bytes, MonotonicTime now) noexcept;
   [[nodiscard]] std::chrono::nanoseconds line_time(std::size_t bytes) const noexcept;
@@ -83,7 +84,7 @@ class Exchange {
   bool answers_ = false;
   bool gone_ = false;
   bool answer_begun_ = false;
-  Patience patience_ = Patience::kUntilDeadline;
+  ReplyWait reply_wait_ = ReplyWait::kUntilDeadline;
   std::uint64_t damaged_before_ = 0;
   MonotonicTime deadline_{};
   MonotonicTime sent_{};

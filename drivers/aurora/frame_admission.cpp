@@ -51,7 +51,7 @@ bool FrameAdmission::expected(std::uint32_t number, MonotonicTime now, double pe
   }
   const double elapsed_ns = ns_between(last_came_, now);
   const double advance_ns = counted_ns(last_, number, period_ns);
-  if (proving_ && (advance_ns <= 0 || elapsed_ns > as_ns(kLongestExtrapolation))) {
+  if (proving_ && (advance_ns <= 0 || elapsed_ns > as_ns(kMaxExtrapolation))) {
     return false;
   }
   return std::abs(advance_ns - elapsed_ns) <= as_ns(kTolerance);

@@ -29,7 +29,7 @@ class FrameAdmission {
   /// Between a candidate and the number that confirms it.
   static constexpr std::chrono::milliseconds kConfirmationTolerance{200};
   /// A counter's rate is known to 1 %: after so long a restarted one has to prove that it moves.
-  static constexpr std::chrono::seconds kLongestExtrapolation{20};
+  static constexpr std::chrono::seconds kMaxExtrapolation{20};
 
   /// TSTART was carried out: the next number is believed only when it has moved as time has.
   void tracking_started() noexcept {

@@ -44,9 +44,9 @@ void FrameClock::observe(std::uint64_t measurement, std::optional<MonotonicTime>
 // A lower bound that is wrong is off by a period at most, over 20 s: 0.12 %. Four times that is safe.
 void FrameClock::narrow_period() noexcept {
   constexpr double kMargin = 0.005;
-  if (segment_length_ == kLongestSegment && most_period_ns_ - least_period_ns_ < kMargin * least_period_ns_) {
-    least_allowed_ns_ = std::max(kLeastPeriodNs, (1 - kMargin) * least_period_ns_);
-    most_allowed_ns_ = std::min(kMostPeriodNs, (1 + kMargin) * most_period_ns_);
+  if (segment_length_ == kMaxSegment && max_period_ns_ - min_period_ns_ < kMargin * min_period_ns_) {
+    min_allowed_ns_ = std::max(kMinPeriodNs, (1 - kMargin) * min_period_ns_);
+    max_allowed_ns_ = std::min(kMaxPeriodNs, (1 + kMargin) * max_period_ns_);
   }
 }
 
@@ -74,8 +74,8 @@ void FrameClock::not_there(std::uint64_t measurement, MonotonicTime asked) noexc
     segment.earliest.known = false;
   }
   if (disbelieved_ >= kMaxDisbelieved) {
-    least_allowed_ns_ = kLeastPeriodNs;
-    most_allowed_ns_ = kMostPeriodNs;
+    min_allowed_ns_ = kMinPeriodNs;
+    max_allowed_ns_ = kMaxPeriodNs;
     disbelieved_ = 0;
   }
   find_periods();
@@ -109,7 +109,7 @@ void FrameClock::tighten(Segment& segment, const Segment& by) const noexcept {
 // Short segments learn the rate soon; they grow until the window is as long as it should be, then it moves.
 void FrameClock::open_segment() noexcept {
   if (count_ == kSegments) {
-    if (segment_length_ < kLongestSegment) {
+    if (segment_length_ < kMaxSegment) {
       merge_pairs();
     } else {
       std::move(segments_.begin() + 1, segments_.end(), segments_.begin());
@@ -133,8 +133,8 @@ void FrameClock::merge_pairs() noexcept {
 // The line is above one bound and below another: that says how steep it can be. There is a line that keeps
 // all bounds if and only if every such pair leaves a slope.
 bool FrameClock::find_periods() noexcept {
-  double least = least_allowed_ns_;
-  double most = most_allowed_ns_;
+  double least = min_allowed_ns_;
+  double most = max_allowed_ns_;
   for (std::size_t i = 0; i < count_; ++i) {
     const Bound& above = segments_[i].earliest;
     for (std::size_t j = 0; above.known && j < count_; ++j) {
@@ -154,8 +154,8 @@ bool FrameClock::find_periods() noexcept {
   if (least > most) {
     return false;
   }
-  least_period_ns_ = least;
-  most_period_ns_ = most;
+  min_period_ns_ = least;
+  max_period_ns_ = most;
   return true;
 }
 
@@ -178,11 +178,11 @@ FrameClock::Range FrameClock::range(std::uint64_t measurement) const noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     const auto& [above, below] = segments_[i];
     if (above.known) {
-      const double period_ns = above.n <= n ? least_period_ns_ : most_period_ns_;
+      const double period_ns = above.n <= n ? min_period_ns_ : max_period_ns_;
       earliest = std::max(earliest, above.time_ns + period_ns * (n - above.n));
     }
     if (below.known) {
-      latest = std::min(latest, below.time_ns + most_period_ns_ * (n - below.n));
+      latest = std::min(latest, below.time_ns + max_period_ns_ * (n - below.n));
     }
   }
   earliest = std::min(std::max(earliest, latest - as_ns(kUnknown)), latest);

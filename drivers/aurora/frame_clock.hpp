@@ -14,8 +14,9 @@ namespace tubed::aurora {
 /// the reply began (a + b n <= answered), and n + 1 was not when the tracker had the question (a + b (n + 1)
 /// > asked). A late reply only makes its bound loose, never wrong; a question that comes just after or just
 /// before a new measurement makes it tight. All lines that keep every bound of the last 20 s are possible;
-/// crystals drift by less than 1e-7 in that time, so that lines are enough. Who asks in the middle of what is
-/// possible for the next measurement halves it, so that the fit needs few questions and keeps itself tight.
+/// crystals drift by less than 1e-7 in that time, so that lines are enough. A question in the middle of the
+/// interval that is possible for the next measurement halves that interval, so that few questions keep the
+/// fit tight.
 ///
 /// One thread; no clock, no allocation.
 class FrameClock {
@@ -51,10 +52,10 @@ class FrameClock {
   /// Whether observe() was called.
   [[nodiscard]] bool started() const noexcept { return count_ > 0; }
   /// Time between two measurements: the middle of what is possible.
-  [[nodiscard]] double period_ns() const noexcept { return (least_period_ns_ + most_period_ns_) / 2; }
+  [[nodiscard]] double period_ns() const noexcept { return (min_period_ns_ + max_period_ns_) / 2; }
   /// Whether the period is known to 1 %.
   [[nodiscard]] bool knows_period() const noexcept {
-    return most_period_ns_ - least_period_ns_ < 0.02 * least_period_ns_;
+    return max_period_ns_ - min_period_ns_ < 0.02 * min_period_ns_;
   }
   /// Times that the bounds contradicted each other: a reply was older than it seemed.
   [[nodiscard]] std::uint64_t contradictions() const noexcept { return contradictions_; }
@@ -72,7 +73,7 @@ class FrameClock {
     Bound latest;    ///< the line is below
   };
   static constexpr std::size_t kSegments = 48;
-  static constexpr int kLongestSegment = 16;  ///< measurements
+  static constexpr int kMaxSegment = 16;  ///< measurements
 
   void rebase(std::uint64_t measurement, MonotonicTime time) noexcept;
   void tighten(Segment& segment, const Segment& by) const noexcept;
@@ -89,14 +90,14 @@ class FrameClock {
   std::uint64_t base_measurement_ = 0;
   MonotonicTime base_time_{};
   // 40 measurements a second are said to be made, 40.4 have been recorded; some trackers make 66.
-  static constexpr double kLeastPeriodNs = 14e6;
-  static constexpr double kMostPeriodNs = 31e6;
+  static constexpr double kMinPeriodNs = 14e6;
+  static constexpr double kMaxPeriodNs = 31e6;
   // What the period can be at all: narrowed once it is known, so that it outlives a lower bound that was
   // wrong.
-  double least_allowed_ns_ = kLeastPeriodNs;
-  double most_allowed_ns_ = kMostPeriodNs;
-  double least_period_ns_ = kLeastPeriodNs;
-  double most_period_ns_ = kMostPeriodNs;
+  double min_allowed_ns_ = kMinPeriodNs;
+  double max_allowed_ns_ = kMaxPeriodNs;
+  double min_period_ns_ = kMinPeriodNs;
+  double max_period_ns_ = kMaxPeriodNs;
   static constexpr int kDisbelievedUntilForgotten = 4;
   static constexpr int kMaxDisbelieved =
       40;                ///< then the period that was learnt is no longer believed either

@@ -13,7 +13,7 @@ namespace tubed::aurora {
 struct SearchStep {
   BaudRate rate = BaudRate::k9600;
   bool serial_break = false;
-  std::chrono::milliseconds patience{};
+  std::chrono::milliseconds timeout{};
 };
 
 /// After power-on and after a break a tracker listens at 9600 baud. A client that crashed has left it at the

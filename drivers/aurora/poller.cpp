@@ -20,7 +20,7 @@ constexpr std::size_t kTextBytesBeside = 16;
 
 /// After a reply that was lost or late another may be on its way: the line has to be quiet for so long.
 constexpr milliseconds kQuietAfterTrouble{5};
-constexpr milliseconds kLongestPauseInReply{20};
+constexpr milliseconds kMaxPauseInReply{20};
 
 constexpr int kFailuresUntilSilent = 10;  // polls without answer until the link is looked for
 constexpr int kErrorsUntilRestart = 5;
@@ -139,7 +139,7 @@ Poller::Event Poller::step(Exchange& exchange, MonotonicTime deadline, EmFrame& 
 MonotonicTime Poller::next_poll(const Exchange& exchange) const noexcept {
   MonotonicTime due = hold_until_;
   if (exchange.inside_reply()) {
-    due = std::max(due, exchange.last_byte() + kLongestPauseInReply);
+    due = std::max(due, exchange.last_byte() + kMaxPauseInReply);
   }
   if (!poll_at_once_ && first_seen_) {
     // The tracker has the question in the middle of what is possible: soon after the measurement, and every
@@ -164,7 +164,7 @@ void Poller::poll(Exchange& exchange) noexcept {
   settling_polls_ = std::max(settling_polls_ - 1, 0);
   take_verified();
   exchange.send(text ? tx_command(kOptions) : bx_command(kOptions), on_the_wire + settings_.reply_margin,
-                Exchange::Patience::kWhileTalking);
+                Exchange::ReplyWait::kWhileTalking);
 }
 
 Poller::Event Poller::unanswered(MonotonicTime now) noexcept {

@@ -66,6 +66,10 @@ class Poller {
   void resume(MonotonicTime now) noexcept;
   /// Goes on until something happens or the deadline has come.
   Event step(Exchange& exchange, MonotonicTime deadline, EmFrame& frame) noexcept;
+  /// When step() asks next, while no reply is pending.
+  [[nodiscard]] MonotonicTime due(const Exchange& exchange) const noexcept {
+    return ports_changed_ ? MonotonicTime{} : next_poll(exchange);
+  }
 
   [[nodiscard]] const PollerCounts& counts() const noexcept { return counts_; }
   [[nodiscard]] const FrameClock& clock() const noexcept { return clock_; }

@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 
 constexpr int kAttempts = 3;
 constexpr int kInitialiseAttempts = 2;
-constexpr int kMostPasses = 6;  ///< over a list that does not become empty
+constexpr int kMaxPasses = 6;  ///< over a list that does not become empty
 constexpr std::uint8_t kNotInThisMode = 0x0C;
 constexpr std::uint8_t kNotInitialised = 0x10;
 constexpr std::uint8_t kHandleGone = 0x08;
@@ -184,7 +184,7 @@ void PortSetup::add_handles(const HandleList& list) noexcept {
 
 void PortSetup::start_pass() noexcept {
   at_ = 0;
-  const bool work = handle_count_ > 0 && ++passes_ <= kMostPasses;
+  const bool work = handle_count_ > 0 && ++passes_ <= kMaxPasses;
   switch (step_) {
     case Step::kListStale:
       passes_ = work ? passes_ : 0;
@@ -332,8 +332,8 @@ FoundCoil& PortSetup::coil(std::uint8_t handle) noexcept {
 
 BoundedText<63> PortSetup::progress() const noexcept {
   BoundedText<63> words;
-  const std::string_view command = this->command().text();
-  words << command.substr(0, command.find_first_of(": "));
+  const CommandLine line = command();  // owns the text
+  words << line.text().substr(0, line.text().find_first_of(": "));
   if (step_ == Step::kListStale || step_ == Step::kListNew || step_ == Step::kListReady ||
       step_ == Step::kListEnabled) {
     return words << ", looking for tools";

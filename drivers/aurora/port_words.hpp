@@ -21,7 +21,7 @@ using FoundSet = std::bitset<kMaxHandles>;
 [[nodiscard]] Problem describe_missing(const CoilMap& map, std::span<const FoundCoil> found,
                                        const FoundSet& pulled) noexcept;
 
-/// What is plugged in and not in `map`, for whom it concerns: "not in the configuration, not tracked: port 4
+/// What is plugged in and not in `map`, as a sentence: "not in the configuration, not tracked: port 4
 /// channel 0, port 4 channel 1". Empty when everything is.
 [[nodiscard]] Problem describe_unused(const CoilMap& map, std::span<const FoundCoil> found) noexcept;
 

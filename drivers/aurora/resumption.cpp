@@ -7,7 +7,7 @@ namespace tubed::aurora {
 namespace {
 
 // In a row, more than late answers can be: the handles have moved.
-constexpr int kMostAboutOthers = 4;
+constexpr int kMaxAboutOthers = 4;
 
 bool is_as_it_was(const FoundCoil& was, const ToolReply& now) {
   return CoilPlug{now.location->port, now.location->channel} == was.plug &&
@@ -58,7 +58,7 @@ Resumption::Answer Resumption::take(const Reply& reply) noexcept {
     ++about;
   }
   about_others_ = about == asked() ? 0 : about_others_ + 1;
-  if (about == count_ || about_others_ > kMostAboutOthers) {
+  if (about == count_ || about_others_ > kMaxAboutOthers) {
     return Answer::kOther;
   }
   same_.set(about);

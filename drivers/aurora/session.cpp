@@ -87,6 +87,16 @@ Session::Event Session::run(MonotonicTime deadline, EmFrame& frame) noexcept {
   }
 }
 
+MonotonicTime Session::due() const noexcept {
+  if (!exchange_.attached() || problem_waits_) {
+    return {};
+  }
+  if (exchange_.pending()) {
+    return exchange_.give_up_at();
+  }
+  return phase_ == Phase::kTrack ? poller_.due(exchange_) : wait_until_;
+}
+
 Session::Event Session::track(MonotonicTime deadline, EmFrame& frame) noexcept {
   switch (poller_.step(exchange_, deadline, frame)) {
     case Poller::Event::kQuiet:
@@ -222,7 +232,7 @@ void Session::send_search() noexcept {
     if (step.serial_break) {
       exchange_.send_break();
     }
-    search_step_ends_ = exchange_.now() + step.patience;
+    search_step_ends_ = exchange_.now() + step.timeout;
     resumption_.begin();
   }
   asking_unchanged_ = resumption_.possible() && step.rate == tracking_rate_ && !step.serial_break;

@@ -31,7 +31,8 @@ struct SessionCounts {
 };
 
 /// One thread. Works in slices: run() goes on for as long as it is given and keeps its place, whatever state
-/// the tracker is in, so that nothing here ever blocks. Never throws; allocates only when it is made.
+/// the tracker is in; with a deadline in the past it does what is due and blocks for nothing but a serial
+/// break and a line that takes no bytes. Never throws; allocates only when it is made.
 ///
 ///     find the rate -> INIT -> COMM -> ports -> TSTART -> BX, BX, BX ... -> TSTOP, COMM back
 class Session {
@@ -52,6 +53,9 @@ class Session {
   void attach(ByteChannel& channel) noexcept;
   /// Goes on until something happens or `deadline` has come.
   Event run(MonotonicTime deadline, EmFrame& frame) noexcept;
+  /// When run() has something to do even if no byte comes until then: to ask, or to give up waiting for a
+  /// reply. As of the last run() that gave kQuiet; in the past when there is something to do now.
+  [[nodiscard]] MonotonicTime due() const noexcept;
   /// Stops tracking and sets the line back to 9600 baud, so that the next client finds it there. Takes 1.5 s
   /// at most; harmless when there is no channel.
   void close() noexcept;

@@ -12,8 +12,8 @@ namespace {
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 constexpr std::int64_t kNsPerMicrosecond = 1'000;
 constexpr int kFractionDigits = 6;
-constexpr std::int64_t kMostSeconds = 1'000'000'000;
-constexpr int kMostBitsPerSecond = 100'000'000;
+constexpr std::int64_t kMaxSeconds = 1'000'000'000;
+constexpr int kMaxBitsPerSecond = 100'000'000;
 
 /// Text put into a room that is long enough.
 class Line {
@@ -117,7 +117,7 @@ std::optional<std::int64_t> parse_count(std::string_view digits, std::int64_t li
 /// Seconds with up to nine digits behind the point.
 std::optional<std::chrono::nanoseconds> parse_seconds(std::string_view word) {
   const std::size_t point = std::min(word.find('.'), word.size());
-  const auto seconds = parse_count(word.substr(0, point), kMostSeconds);
+  const auto seconds = parse_count(word.substr(0, point), kMaxSeconds);
   std::string fraction(word.substr(std::min(point + 1, word.size())));
   if (!seconds || fraction.size() > 9) {
     return std::nullopt;
@@ -154,7 +154,7 @@ std::variant<WireLogEntry, std::string> parse_entry(std::string_view line) {
   entry.time = *time;
   entry.event = *event;
   if (entry.event == WireEvent::kBaudRate) {
-    const auto rate = parse_count(line, kMostBitsPerSecond);
+    const auto rate = parse_count(line, kMaxBitsPerSecond);
     entry.bits_per_second = static_cast<int>(rate.value_or(0));
     return rate ? std::variant<WireLogEntry, std::string>(entry) : "expected bits per second behind baud";
   }
@@ -239,7 +239,7 @@ std::string format_wire_log(const WireLog& log) {
   }
   std::string room;
   for (const WireLogEntry& entry : log.entries) {
-    room.resize(kLongestWireLogLine + 4 * (entry.bytes.size() + entry.note.size()));
+    room.resize(kMaxWireLogLine + 4 * (entry.bytes.size() + entry.note.size()));
     text += format_wire_record(record_of(entry, {}), {}, room);
   }
   return text;
@@ -252,7 +252,7 @@ std::string format_wire_trace(const WireTrace& trace, std::string_view about) {
     text += "# " + std::to_string(trace.forgotten()) + " earlier records are not kept\n";
   }
   std::optional<MonotonicTime> began;
-  std::string room(kLongestWireLogLine, '\0');
+  std::string room(kMaxWireLogLine, '\0');
   trace.each([&](const WireRecord& record) {
     if (!began) {
       began = record.time;

@@ -45,12 +45,13 @@ struct WireLogFault {
 [[nodiscard]] std::string format_wire_log(const WireLog& log);
 
 /// One record as it stands in a log, with the line feed; times count from `began`. Writes into `room` without
-/// allocating and returns what was written, which always fits kLongestWireLogLine bytes.
+/// allocating and returns what was written, which always fits kMaxWireLogLine bytes.
 [[nodiscard]] std::string_view format_wire_record(const WireRecord& record, MonotonicTime began,
                                                   std::span<char> room) noexcept;
-inline constexpr std::size_t kLongestWireLogLine = 64 + 4 * WireTrace::kLongestRecord;
+inline constexpr std::size_t kMaxWireLogLine = 64 + 4 * WireTrace::kMaxRecord;
 
-/// Everything that `trace` holds, as a log. `about` goes into the header: who kept it, of which device.
+/// Everything that `trace` holds, as a log. `about` goes into the header: which program recorded it, and of
+/// which device.
 [[nodiscard]] std::string format_wire_trace(const WireTrace& trace, std::string_view about);
 
 }  // namespace tubed::aurora

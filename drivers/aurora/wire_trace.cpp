@@ -6,7 +6,7 @@
 namespace tubed::aurora {
 
 WireTrace::WireTrace(std::size_t capacity)
-    : room_(std::max(capacity, 4 * kLongestRecord) / kAlignment * kAlignment) {}
+    : room_(std::max(capacity, 4 * kMaxRecord) / kAlignment * kAlignment) {}
 
 void WireTrace::baud_rate(MonotonicTime time, int bits_per_second) noexcept {
   std::array<std::uint8_t, 4> number{};
@@ -40,7 +40,7 @@ WireRecord WireTrace::record_at(std::size_t at) const noexcept {
 
 void WireTrace::add_pieces(MonotonicTime time, WireEvent event, Bytes bytes) noexcept {
   while (!bytes.empty()) {
-    const std::size_t size = std::min(bytes.size(), kLongestRecord);
+    const std::size_t size = std::min(bytes.size(), kMaxRecord);
     add(time, event, bytes.first(size));
     bytes = bytes.subspan(size);
   }

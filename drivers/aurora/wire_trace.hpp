@@ -32,9 +32,9 @@ struct WireRecord {
 class WireTrace {
  public:
   /// Records longer than this are kept as several.
-  static constexpr std::size_t kLongestRecord = 1024;
+  static constexpr std::size_t kMaxRecord = 1024;
 
-  /// `capacity`: bytes kept, 16 a record included; at least 4 kLongestRecord.
+  /// `capacity`: bytes kept, 16 a record included; at least 4 kMaxRecord.
   explicit WireTrace(std::size_t capacity);
 
   void sent(MonotonicTime time, Bytes bytes) noexcept { add_pieces(time, WireEvent::kSent, bytes); }

@@ -9,44 +9,30 @@
 
 namespace tubed {
 
-std::vector<SettingDescription> aurora_can_settings() {
+std::vector<KeyDescription> aurora_can_settings() {
   return {
-      {"latency_ms",
-       25.0,
-       false,
-       0,
-       250,
-       {},
-       "ms",
-       "least time from a measurement to its SYNC on the bus; used only when the gateway does not say when "
-       "it sent"},
-      {"receive_buffer_kb",
-       std::int64_t{256},
-       false,
-       4,
-       8192,
-       {},
-       "KiB",
-       "how much the kernel keeps while nobody reads; frames beyond that are lost and counted"},
-      {"base_id",
-       std::int64_t{aurora::CanBase::kDefault},
-       false,
-       0,
-       0x1FFF'FF80,
-       {},
-       "",
-       "first of the gateway's 128 identifiers, 768 = 0x300: a multiple of 0x80, the same as --base-id of "
-       "the "
-       "gateway; on a bus shared with CANopen 0x680"},
-      {"extended_ids",
-       false,
-       false,
-       0,
-       0,
-       {},
-       "",
-       "the identifiers have 29 bits, as with --extended of the gateway"},
-  };
+      key::real("latency_ms", 25.0, "ms", {0, 250},
+                "least time from a measurement to its SYNC on the bus; used only when the gateway does not "
+                "say when it sent"),
+      key::integer("receive_buffer_kb", 256, "KiB", {4, 8192},
+                   "how much the kernel keeps while nobody reads; frames beyond that are lost and counted"),
+      key::integer("base_id", aurora::CanBase::kDefault, "", {0, 0x1FFF'FF80},
+                   "first of the gateway's 128 identifiers, 768 = 0x300: a multiple of 0x80, the same as "
+                   "--base-id of the gateway; on a bus shared with CANopen 0x680"),
+      key::boolean("extended_ids", false, "the identifiers have 29 bits, as with --extended of the gateway")};
+}
+
+DriverDescription aurora_can_driver() {
+  DriverDescription driver{"aurora-can",
+                           "an NDI Aurora behind a gateway on a CAN bus, em.device",
+                           Origin::kDevice,
+                           aurora_can_settings(),
+                           [](const SourceContext& context) {
+                             return make_aurora_can_em_source(context.room, context.settings, context.device);
+                           },
+                           {}};
+  driver.needs_device = true;
+  return driver;
 }
 
 aurora::CanBase can_base_of(const DriverSettings& settings) {

@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "drivers/aurora/can_identifiers.hpp"
-#include "drivers/interface/driver_settings.hpp"
-#include "drivers/interface/em_source.hpp"
-#include "drivers/interface/room.hpp"
+#include "drivers/interface/driver_description.hpp"
 
 namespace tubed {
 
 /// The keys of the table [aurora-can].
-std::vector<SettingDescription> aurora_can_settings();
+std::vector<KeyDescription> aurora_can_settings();
+
+/// This driver as the registry has it.
+DriverDescription aurora_can_driver();
 
 /// The gateway's identifiers, by base_id and extended_ids. Throws std::invalid_argument with words when there
 /// are no such.

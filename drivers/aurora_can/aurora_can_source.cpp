@@ -17,11 +17,11 @@ constexpr milliseconds kBetweenTries{100};
 constexpr milliseconds kSilence{1000};
 /// A gateway says at least once a second whether its tracker is an emulated one. One that does not say
 /// anything for so long has no STATUS.
-constexpr milliseconds kPatienceForStatus{1500};
+constexpr milliseconds kTimeoutForStatus{1500};
 /// A gateway that says nothing for so long is not there: it sends STATUS once a second.
 constexpr milliseconds kStatusLasts{2500};
 constexpr milliseconds kFollowUpsLast{4000};
-constexpr int kMostFramesAtOnce = 64;
+constexpr int kMaxFramesAtOnce = 64;
 /// What was lost is talked of for so long.
 constexpr milliseconds kLossesLast{5000};
 
@@ -68,49 +68,58 @@ bool AuroraCanSource::open_port(MonotonicTime now) noexcept {
   return false;
 }
 
-ReadOutcome AuroraCanSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
-  while (!port_->is_open()) {
-    if (!open_port(monotonic_now()) && !sleep_until(next_try_, deadline)) {
-      return ReadOutcome::kTimeout;
-    }
+MonotonicTime AuroraCanSource::whole_until() const noexcept {
+  return sync_received_ + aurora::CanCoilAssembler::kAssemblyTime + std::chrono::nanoseconds(1);
+}
+
+void AuroraCanSource::wait(MonotonicTime deadline) noexcept {
+  if (!port_->is_open()) {
+    sleep_until(next_try_, deadline);
+    return;
   }
-  for (int frames = 0;;) {
-    const MonotonicTime whole_until =
-        sync_received_ + aurora::CanCoilAssembler::kAssemblyTime + std::chrono::nanoseconds(1);
-    const MonotonicTime until = assembling_ ? std::min(deadline, whole_until) : deadline;
-    const CanArrival arrival = port_->read(std::min(until, silent_since_ + kSilence));
-    ReadOutcome outcome = ReadOutcome::kTimeout;
-    switch (arrival.kind) {
-      case CanArrival::Kind::kNothing: {
-        const MonotonicTime now = monotonic_now();
-        if (const auto measurement = assembler_.expire(now)) {
-          outcome = hand_on(*measurement, now, frame);
-        }
-        assembling_ = assembling_ && now < whole_until;
-        break;
-      }
-      case CanArrival::Kind::kFrame:
-        outcome = take_frame(arrival, frame);
-        break;
-      case CanArrival::Kind::kErrorFrame:
-        outcome = take_trouble(arrival.trouble);
-        break;
-      case CanArrival::Kind::kUnreadable:
-        ++counts_.unreadable;
-        return ReadOutcome::kRefused;
-      case CanArrival::Kind::kGone:
-        return lose_port(arrival.error);
-    }
-    const MonotonicTime now = monotonic_now();
-    if (outcome == ReadOutcome::kTimeout && now - silent_since_ >= kSilence) {
+  const MonotonicTime until = assembling_ ? std::min(deadline, whole_until()) : deadline;
+  port_->wait(std::min(until, silent_since_ + kSilence));
+}
+
+ReadOutcome AuroraCanSource::read(EmFrame& frame) noexcept {
+  if (!port_->is_open() && !open_port(monotonic_now())) {
+    return ReadOutcome::kNothing;
+  }
+  for (int frames = 0; frames < kMaxFramesAtOnce; ++frames) {
+    const CanArrival arrival = port_->read(MonotonicTime{});
+    ReadOutcome outcome = take(arrival, frame);
+    if (outcome == ReadOutcome::kNothing && port_->is_open() && monotonic_now() - silent_since_ >= kSilence) {
       outcome = silent();
     }
-    // What has come already is looked at even when the time is over, but not without end.
-    const bool more = arrival.kind != CanArrival::Kind::kNothing && ++frames < kMostFramesAtOnce;
-    if (outcome != ReadOutcome::kTimeout || (now >= deadline && !more)) {
+    if (outcome != ReadOutcome::kNothing || arrival.kind == CanArrival::Kind::kNothing || !port_->is_open()) {
       return outcome;
     }
   }
+  return ReadOutcome::kNothing;  // wait() ends at once: there is more
+}
+
+ReadOutcome AuroraCanSource::take(const CanArrival& arrival, EmFrame& frame) noexcept {
+  switch (arrival.kind) {
+    case CanArrival::Kind::kNothing:
+      return take_nothing(frame);
+    case CanArrival::Kind::kFrame:
+      return take_frame(arrival, frame);
+    case CanArrival::Kind::kErrorFrame:
+      return take_trouble(arrival.trouble);
+    case CanArrival::Kind::kUnreadable:
+      ++counts_.unreadable;
+      return ReadOutcome::kRefused;
+    case CanArrival::Kind::kGone:
+      break;
+  }
+  return lose_port(arrival.error);
+}
+
+ReadOutcome AuroraCanSource::take_nothing(EmFrame& frame) noexcept {
+  const MonotonicTime now = monotonic_now();
+  const auto measurement = assembler_.expire(now);
+  assembling_ = assembling_ && now < whole_until();
+  return measurement ? hand_on(*measurement, now, frame) : ReadOutcome::kNothing;
 }
 
 ReadOutcome AuroraCanSource::take_frame(const CanArrival& arrival, EmFrame& frame) noexcept {
@@ -131,7 +140,7 @@ ReadOutcome AuroraCanSource::take_frame(const CanArrival& arrival, EmFrame& fram
   if (assembler_.counts().statuses != statuses_before) {
     status_received_ = arrival.received;
   }
-  return assembler_.counts().bad_frames != bad_before ? ReadOutcome::kRefused : ReadOutcome::kTimeout;
+  return assembler_.counts().bad_frames != bad_before ? ReadOutcome::kRefused : ReadOutcome::kNothing;
 }
 
 // The stamp of the SYNC counts: this frame comes behind it.
@@ -141,14 +150,14 @@ ReadOutcome AuroraCanSource::take_follow_up(const CanArrival& arrival) noexcept 
     return ReadOutcome::kRefused;
   }
   if (!assembling_ || follow_up->sequence != sync_sequence_) {
-    return ReadOutcome::kTimeout;
+    return ReadOutcome::kNothing;
   }
   if (arrival.received > follow_up_until_) {
     clock_.reset();  // until now it was learned from other times
   }
   follow_up_until_ = arrival.received + kFollowUpsLast;
   clock_.observe(follow_up->sent_us, sync_received_);
-  return ReadOutcome::kTimeout;
+  return ReadOutcome::kNothing;
 }
 
 MonotonicTime AuroraCanSource::measured(const aurora::CanMeasurement& measurement) noexcept {
@@ -162,8 +171,9 @@ MonotonicTime AuroraCanSource::measured(const aurora::CanMeasurement& measuremen
   return std::max(time, last_measured_ + std::chrono::microseconds(1));
 }
 
-// A gateway sends STATUS behind its first SYNC, also the first after its tracker was away; who joins later or
-// has lost it waits for the next one, because nothing else says that a tracker is an emulated one.
+// A gateway sends STATUS behind its first SYNC, also the first after its tracker was away; a receiver that
+// joins later or has lost it waits for the next one, because nothing else says that a tracker is an emulated
+// one.
 bool AuroraCanSource::origin_known(MonotonicTime now) noexcept {
   if (assembler_.status() && assembler_.status()->is_measuring()) {
     heard_since_ = {};
@@ -172,7 +182,7 @@ bool AuroraCanSource::origin_known(MonotonicTime now) noexcept {
   if (heard_since_ == MonotonicTime{}) {
     heard_since_ = now;
   }
-  return now - heard_since_ > kPatienceForStatus;
+  return now - heard_since_ > kTimeoutForStatus;
 }
 
 ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, MonotonicTime now,
@@ -194,7 +204,7 @@ ReadOutcome AuroraCanSource::hand_on(const aurora::CanMeasurement& measurement, 
   troubled_ = is_off_ = false;
   counts_when_silent_ = assembler_.counts();
   if (!origin_known(now)) {
-    return ReadOutcome::kTimeout;
+    return ReadOutcome::kNothing;
   }
   if (!guard_.believe(made)) {
     ++counts_.leaps;
@@ -273,7 +283,7 @@ ReadOutcome AuroraCanSource::take_trouble(const CanTrouble& trouble) noexcept {
     is_off_ = false;
   }
   if (!trouble.bus_off) {
-    return ReadOutcome::kTimeout;
+    return ReadOutcome::kNothing;
   }
   ++counts_.bus_offs;
   is_off_ = true;
@@ -325,6 +335,7 @@ ReadOutcome AuroraCanSource::silent() noexcept {
 
 ReadOutcome AuroraCanSource::lose_port(int error) noexcept {
   port_->close();
+  next_try_ = monotonic_now() + kBetweenTries;  // the words below are said until then
   aurora::Problem problem(port_->name());
   problem << " " << port_->describe(error);
   return not_measuring(problem);
@@ -333,7 +344,7 @@ ReadOutcome AuroraCanSource::lose_port(int error) noexcept {
 ReadOutcome AuroraCanSource::not_measuring(const aurora::Problem& problem) noexcept {
   trouble_ = problem;
   measures_ = false;
-  return ReadOutcome::kTimeout;
+  return ReadOutcome::kNothing;
 }
 
 void AuroraCanSource::close() noexcept {

@@ -27,14 +27,19 @@ struct AuroraCanCounts {
 /// An NDI Aurora behind a gateway on a CAN bus. Called by the EM acquisition thread.
 ///
 /// Interface and gateway are looked for by read() itself, ten times a second, so that what comes back is
-/// found at once: open() always succeeds, and what is wrong meanwhile stands in condition().
+/// found at once: open() always succeeds, and what is wrong meanwhile stands in condition(). Opening the
+/// interface waits for nothing, so that read() never does; the pause between two tries is in wait().
 class AuroraCanSource final : public EmSource, public HasCondition {
  public:
   /// Coil i of a frame is coil i of the gateway, sensor i + 1 of `room`.
   AuroraCanSource(const RoomDescription& room, const DriverSettings& settings, std::unique_ptr<CanPort> port);
 
   OpenResult open() override;
-  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
+  /// Until a frame of the bus is there, the measurement that is being put together will not become whole any
+  /// more, or it has been silent for so long that it is said.
+  void wait(MonotonicTime deadline) noexcept override;
+  /// Takes the frames of the bus until they make a measurement, 64 at the most.
+  ReadOutcome read(EmFrame& frame) noexcept override;
   void close() noexcept override;
   /// While measurements come: that the gateway has too few coils, else what was lost on the bus within the
   /// last five seconds, else which coils the gateway does not have.
@@ -52,6 +57,9 @@ class AuroraCanSource final : public EmSource, public HasCondition {
 
  private:
   bool open_port(MonotonicTime now) noexcept;
+  ReadOutcome take(const CanArrival& arrival, EmFrame& frame) noexcept;
+  ReadOutcome take_nothing(EmFrame& frame) noexcept;
+  [[nodiscard]] MonotonicTime whole_until() const noexcept;
   ReadOutcome not_measuring(const aurora::Problem& problem) noexcept;
   [[nodiscard]] aurora::Problem losses_and_lacks() const noexcept;
   ReadOutcome lose_port(int error) noexcept;

@@ -25,7 +25,7 @@ struct CanFrameBits {
 };
 
 /// `size` in bytes: up to 8 is a classic frame, more is FD with bit rate switch (of a length that FD has).
-[[nodiscard]] CanFrameBits most_frame_bits(
+[[nodiscard]] CanFrameBits max_frame_bits(
     int size, aurora::CanIdentifierSize identifier = aurora::CanIdentifierSize::kStandard) noexcept;
 
 /// Time that `frames` keep the bus busy, at the most, s.

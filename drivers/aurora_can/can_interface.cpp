@@ -92,8 +92,8 @@ std::string_view describe_can_error(int error) noexcept {
   switch (error) {
     case EAFNOSUPPORT:
     case EPROTONOSUPPORT:
-      return "cannot be opened: no CAN in this kernel (modprobe can_raw), or the service may not use it "
-             "(RestrictAddressFamilies without AF_CAN)";
+      return "cannot be opened: no CAN in this kernel (modprobe can_raw), or the service may not use it: "
+             "install /usr/share/tubed/can.conf as its first lines say";
     case EPERM:
     case EACCES:
       return "may not be opened: a container or a security policy forbids raw CAN sockets to this user";

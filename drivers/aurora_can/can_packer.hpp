@@ -38,11 +38,11 @@ struct CanReport {
 /// One thread; never allocates.
 class CanPacker {
  public:
-  /// STATUS is sent with every so manyth measurement, four times a second; who joins waits for it.
+  /// Measurements from one STATUS to the next: four STATUS a second, for receivers that join.
   static constexpr int kStatusEvery = 10;
   /// Without measurements STATUS is sent alone, so often.
   static constexpr std::chrono::seconds kStatusPeriod{1};
-  static constexpr std::size_t kMostFrames = 3 + aurora::kClassicParts * aurora::kMaxCanCoils;
+  static constexpr std::size_t kMaxFrames = 3 + aurora::kClassicParts * aurora::kMaxCanCoils;
 
   /// `coil_count` coils are sent, 1 to kMaxCanCoils; others are clamped to that.
   CanPacker(CanLayout layout, int coil_count, aurora::CanBase base = {}) noexcept;
@@ -62,7 +62,7 @@ class CanPacker {
   CanLayout layout_;
   int coil_count_;
   aurora::CanBase base_;
-  std::array<aurora::CanFrame, kMostFrames> frames_;
+  std::array<aurora::CanFrame, kMaxFrames> frames_;
   std::size_t count_ = 0;
   int since_status_ = kStatusEvery;
   aurora::CanFrame last_status_;

@@ -111,6 +111,8 @@ void CanPort::close() noexcept {
   }
 }
 
+void CanPort::wait(MonotonicTime deadline) noexcept { wait_for(descriptor_, POLLIN, deadline); }
+
 CanArrival CanPort::read(MonotonicTime deadline) noexcept {
   CanArrival arrival;
   canfd_frame raw{};

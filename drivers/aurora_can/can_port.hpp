@@ -46,6 +46,8 @@ class CanPort {
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return descriptor_ >= 0; }
 
+  /// Sleeps until read() has something, until `deadline` at most. Precondition: is_open().
+  void wait(MonotonicTime deadline) noexcept;
   /// Waits for the next frame until `deadline`; one in the past only looks.
   [[nodiscard]] CanArrival read(MonotonicTime deadline) noexcept;
 

@@ -21,7 +21,7 @@ class GatewayClock {
   void observe(std::uint32_t sent_us, MonotonicTime received) noexcept;
 
   /// Our time of `time_us`, said by a SYNC that was received at `received`. A result after `received` or more
-  /// than kLongestDelay before it is not believed (the gateway was restarted, or has no clock): then this is
+  /// than kMaxDelay before it is not believed (the gateway was restarted, or has no clock): then this is
   /// `received`, and everything begins anew.
   [[nodiscard]] MonotonicTime at(std::uint32_t time_us, MonotonicTime received) noexcept;
 
@@ -29,19 +29,19 @@ class GatewayClock {
   /// Times that what a gateway said was not believed.
   [[nodiscard]] std::uint64_t disbelieved() const noexcept { return disbelieved_; }
 
-  static constexpr std::chrono::milliseconds kLongestDelay{250};
+  static constexpr std::chrono::milliseconds kMaxDelay{250};
 
  private:
   static constexpr std::size_t kBuckets = 8;
   static constexpr std::chrono::milliseconds kBucket{500};
 
   [[nodiscard]] std::int64_t unwrapped_ns(std::uint32_t time_us) const noexcept;
-  [[nodiscard]] std::int64_t least_difference_ns() const noexcept;
+  [[nodiscard]] std::int64_t min_difference_ns() const noexcept;
 
   bool known_ = false;
   std::uint32_t last_us_ = 0;  ///< newest that was observed,
   std::int64_t last_ns_ = 0;   ///< and the same, unwrapped
-  std::array<std::int64_t, kBuckets> least_ns_{};
+  std::array<std::int64_t, kBuckets> min_ns_{};
   std::size_t bucket_ = 0;
   MonotonicTime bucket_ends_{};
   std::uint64_t disbelieved_ = 0;

@@ -5,14 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "drivers/interface/driver_settings.hpp"
-#include "drivers/interface/em_source.hpp"
-#include "drivers/interface/room.hpp"
+#include "drivers/interface/driver_description.hpp"
 
 namespace tubed {
 
 /// The keys of the table [aurora-serial].
-std::vector<SettingDescription> aurora_serial_settings();
+std::vector<KeyDescription> aurora_serial_settings();
+
+/// This driver as the registry has it.
+DriverDescription aurora_serial_driver();
 
 /// The tracker at the port `device`, whose coils are those of `room` by port and channel. Throws
 /// std::runtime_error when a tool definition file cannot be read.

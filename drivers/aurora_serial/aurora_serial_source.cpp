@@ -1,5 +1,7 @@
 #include "drivers/aurora_serial/aurora_serial_source.hpp"
 
+#include <algorithm>
+
 #include "drivers/interface/monotonic_clock.hpp"
 
 namespace tubed {
@@ -11,7 +13,7 @@ using std::chrono::seconds;
 
 constexpr milliseconds kBetweenTries{100};
 constexpr seconds kBetweenLooks{1};
-constexpr std::chrono::microseconds kLongestLook{500};  // between two measurements, which are 25 ms apart
+constexpr std::chrono::microseconds kMaxLook{500};  // between two measurements, which are 25 ms apart
 
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
@@ -57,14 +59,25 @@ bool AuroraSerialSource::open_port(MonotonicTime now) noexcept {
   return false;
 }
 
-ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
-  answer_request(monotonic_now());
-  while (!port_.is_open()) {
-    if (!open_port(monotonic_now()) && !sleep_until(next_try_, deadline)) {
-      return ReadOutcome::kTimeout;
-    }
+void AuroraSerialSource::wait(MonotonicTime deadline) noexcept {
+  if (port_.is_open()) {
+    port_.wait(std::min(deadline, session_->due()));
+  } else {
+    sleep_until(next_try_, deadline);
   }
-  switch (session_->run(deadline, frame)) {
+}
+
+ReadOutcome AuroraSerialSource::read(EmFrame& frame) noexcept {
+  const ReadOutcome outcome =
+      port_.is_open() || open_port(monotonic_now()) ? run_session(frame) : ReadOutcome::kNothing;
+  if (outcome == ReadOutcome::kNothing) {
+    answer_request(monotonic_now());  // not while a measurement waits to be handed on
+  }
+  return outcome;
+}
+
+ReadOutcome AuroraSerialSource::run_session(EmFrame& frame) noexcept {
+  switch (session_->run(monotonic_now(), frame)) {
     case aurora::Session::Event::kMeasurement:
       has_measured_ = measures_ = true;
       traced_.clear();
@@ -76,6 +89,7 @@ ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noe
       break;
     case aurora::Session::Event::kGone:
       port_.close();
+      next_try_ = monotonic_now() + kBetweenTries;  // the words below are said until then
       port_trouble_ = aurora::Problem(port_.path());
       port_trouble_ << " has gone: its cable was pulled or its driver has failed";
       write_trace(port_trouble_);
@@ -84,7 +98,7 @@ ReadOutcome AuroraSerialSource::read(EmFrame& frame, MonotonicTime deadline) noe
       break;
   }
   measures_ = measures_ && session_->phase() == aurora::Session::Phase::kTrack && port_.is_open();
-  return ReadOutcome::kTimeout;
+  return ReadOutcome::kNothing;
 }
 
 SourceCondition AuroraSerialSource::condition() noexcept {
@@ -120,7 +134,7 @@ void AuroraSerialSource::answer_request(MonotonicTime now) noexcept {
     return;
   }
   next_look_ = now + kBetweenLooks;
-  port_.look_around(kLongestLook);  // a program that opens the port later is told, too
+  port_.look_around(kMaxLook);  // a program that opens the port later is told, too
   if (traces_.asked_for()) {
     traces_.write_on_request(session_->exchange().trace(), about_);
   }

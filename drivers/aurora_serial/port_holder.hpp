@@ -20,8 +20,8 @@ struct PortHolder {
 PortHolder program_of(const SystemPlaces& places, int process) noexcept;
 
 /// Looks for another process that has a device open, through /proc/*/fd, a piece at a time: a whole look may
-/// take 20 ms where much is running. It sees what whoever runs it may see: the processes of the same user, or
-/// all for root. One thread; allocates nothing; never waits for a device or a file system.
+/// take 20 ms where much is running. It sees the processes of its own user, or all for root. One thread;
+/// allocates nothing; never waits for a device or a file system.
 class PortHolderSearch {
  public:
   explicit PortHolderSearch(const SystemPlaces& places) noexcept : places_(places) {}

@@ -31,7 +31,7 @@ void PortSurroundings::opened(dev_t device) noexcept {
   device_ = device;
   adapter_ = usb_identity(places_, device);
   others_.begin();
-  look_around(kLongestLook);
+  look_around(kMaxLook);
 }
 
 void PortSurroundings::look_around(std::chrono::nanoseconds longest) noexcept {

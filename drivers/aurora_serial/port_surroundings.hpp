@@ -10,7 +10,8 @@
 
 namespace tubed {
 
-/// Who else uses a port, and which adapter it belongs to. One thread; allocates only when it is made.
+/// Which other process uses a port, and which adapter the port belongs to. One thread; allocates only when it
+/// is made.
 class PortSurroundings {
  public:
   PortSurroundings(std::string path, SystemPlaces places)
@@ -37,11 +38,10 @@ class PortSurroundings {
   /// Why the port could not be opened, and what to do: a sentence with its path. `error`: errno;
   /// `lock_owner`: the process that has it locked, 0: not known. May be asked ten times a second: looks for
   /// the holder once a second, for `longest` at most.
-  aurora::Problem explain(int error, int lock_owner,
-                          std::chrono::nanoseconds longest = kLongestLook) noexcept;
+  aurora::Problem explain(int error, int lock_owner, std::chrono::nanoseconds longest = kMaxLook) noexcept;
 
   /// How long looking for other programs may keep a thread that reads nothing yet.
-  static constexpr std::chrono::milliseconds kLongestLook{20};
+  static constexpr std::chrono::milliseconds kMaxLook{20};
 
  private:
   aurora::Problem explain_use(int lock_owner, std::chrono::nanoseconds longest) noexcept;

@@ -23,8 +23,8 @@ namespace tubed {
 namespace {
 
 constexpr int kFirstRate = 9600;
-constexpr std::chrono::milliseconds kWritePatience{200};
-constexpr std::chrono::milliseconds kDiscardPatience{100};
+constexpr std::chrono::milliseconds kWriteTimeout{200};
+constexpr std::chrono::milliseconds kDiscardTimeout{100};
 constexpr std::chrono::milliseconds kBetweenDiscards{5};
 constexpr std::chrono::milliseconds kBreak{280};  // tcsendbreak makes 250 to 500 ms
 constexpr int kModemLines = TIOCM_DTR | TIOCM_RTS;
@@ -122,7 +122,7 @@ void SerialPort::look_around(std::chrono::nanoseconds longest) noexcept {
 MonotonicTime SerialPort::now() noexcept { return monotonic_now(); }
 
 bool SerialPort::write(aurora::Bytes bytes) noexcept {
-  const MonotonicTime deadline = now() + kWritePatience;
+  const MonotonicTime deadline = now() + kWriteTimeout;
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written > 0) {
@@ -137,6 +137,8 @@ bool SerialPort::write(aurora::Bytes bytes) noexcept {
   }
   return true;
 }
+
+void SerialPort::wait(MonotonicTime deadline) noexcept { wait_for(descriptor_, POLLIN, deadline); }
 
 SerialPort::Arrival SerialPort::read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept {
   for (;;) {
@@ -227,7 +229,7 @@ void SerialPort::shorten_closing() noexcept {
 
 // False: the line still has bytes that it does not take; USB adapters keep what they were given.
 bool SerialPort::discard_output() noexcept {
-  const MonotonicTime end = now() + kDiscardPatience;
+  const MonotonicTime end = now() + kDiscardTimeout;
   ::ioctl(descriptor_, TCFLSH, TCOFLUSH);
   for (;;) {
     int waiting = 0;

@@ -29,7 +29,7 @@ class SerialPort final : public aurora::ByteChannel {
   /// has the port, or the name under which the adapter is back. Looks for that program for `longest` at most,
   /// and once a second at most.
   [[nodiscard]] aurora::Problem explain(
-      int error, std::chrono::nanoseconds longest = PortSurroundings::kLongestLook) noexcept {
+      int error, std::chrono::nanoseconds longest = PortSurroundings::kMaxLook) noexcept {
     return surroundings_.explain(error, lock_owner_, longest);
   }
   /// Of the open port: what a person should know (see PortSurroundings::note), as of the newest look.
@@ -51,6 +51,8 @@ class SerialPort final : public aurora::ByteChannel {
 
   [[nodiscard]] MonotonicTime now() noexcept override;
   bool write(aurora::Bytes bytes) noexcept override;
+  /// Sleeps until read() has something, until `deadline` at most. Precondition: is_open().
+  void wait(MonotonicTime deadline) noexcept;
   Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override;
   [[nodiscard]] bool knows_baud(int bits_per_second) noexcept override;
   bool set_baud(int bits_per_second) noexcept override;

@@ -86,7 +86,7 @@ bool TraceFolder::write_to(const std::string& path, const aurora::WireTrace& tra
   file.put(about);
   file.put("\n");
   std::optional<MonotonicTime> began;
-  std::array<char, aurora::kLongestWireLogLine> line;
+  std::array<char, aurora::kMaxWireLogLine> line;
   trace.each([&](const aurora::WireRecord& record) {
     if (!began) {
       began = record.time;

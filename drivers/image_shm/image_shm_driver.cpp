@@ -24,12 +24,26 @@ uid_t id_of_user(const std::string& name) {
 
 }  // namespace
 
-std::vector<SettingDescription> image_shm_settings() {
-  SettingDescription user;
-  user.name = "user";
-  user.default_value = std::string();
-  user.meaning = "user the frame grabber's program runs as; empty = root or the daemon's own";
-  return {user};
+std::vector<KeyDescription> image_shm_settings() {
+  return {key::text("user", "", {.is_user = true},
+                    "user the frame grabber's program runs as; empty = root or the daemon's own")};
+}
+
+DriverDescription image_shm_driver() {
+  DriverDescription driver{
+      "image_shm",
+      "images of a frame grabber's program on this machine, through shared memory",
+      Origin::kDevice,
+      image_shm_settings(),
+      {},
+      [](const SourceContext& context, int camera_index) {
+        const CameraCalibration& camera = context.room.cameras.at(static_cast<std::size_t>(camera_index));
+        return make_shm_image_source(
+            context.room, context.settings,
+            image_shm_socket(context.device, camera.name, context.configuration_folder), camera_index);
+      }};
+  driver.device_socket = image_shm_socket;
+  return driver;
 }
 
 std::string image_shm_socket(const std::string& device, const std::string& camera,

@@ -6,14 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "drivers/interface/driver_settings.hpp"
-#include "drivers/interface/image_source.hpp"
-#include "drivers/interface/room.hpp"
+#include "drivers/interface/driver_description.hpp"
 
 namespace tubed {
 
 /// Keys of the table [image_shm].
-std::vector<SettingDescription> image_shm_settings();
+std::vector<KeyDescription> image_shm_settings();
+
+/// This driver as the registry has it.
+DriverDescription image_shm_driver();
 
 /// The socket of a camera: `device` of its [[camera]], relative to `folder`; empty:
 /// /run/tubed/image-NAME.sock.

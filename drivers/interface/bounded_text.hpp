@@ -1,13 +1,16 @@
 // Text of bounded length, put together where nothing may allocate.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <string_view>
 
+#include "idl/printable_text.hpp"
+
 namespace tubed {
 
-/// Text of at most `Capacity` characters; what does not fit is left off.
+/// Text of at most `Capacity` bytes; the characters that do not fit are left off, and whatever follows them.
 template <std::size_t Capacity>
 class BoundedText {
  public:
@@ -15,12 +18,11 @@ class BoundedText {
   explicit BoundedText(std::string_view text) noexcept { *this << text; }
 
   BoundedText& operator<<(std::string_view text) noexcept {
-    for (const char c : text) {
-      if (size_ < Capacity) {
-        characters_[size_++] = c;
-      }
-    }
-    return *this;
+    return append(text, [](std::string_view& rest) noexcept {
+      const std::string_view character = rest.substr(0, printable_detail::first_character(rest).length);
+      rest.remove_prefix(character.size());
+      return character;
+    });
   }
   BoundedText& operator<<(int number) noexcept {
     std::array<char, 12> digits{};
@@ -35,23 +37,36 @@ class BoundedText {
     }
     return *this;
   }
-  /// Text from a device: what is no printable ASCII becomes '?'.
-  BoundedText& printable(std::string_view text) noexcept {
-    for (const char c : text) {
-      *this << (c >= ' ' && c <= '~' ? std::string_view(&c, 1) : std::string_view("?"));
-    }
-    return *this;
-  }
+  /// Text from outside, each character that cannot be shown replaced: see printable_text.hpp.
+  BoundedText& printable(std::string_view text) noexcept { return append(text, take_printable); }
 
   [[nodiscard]] std::string_view text() const noexcept { return {characters_.data(), size_}; }
   [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
-  void clear() noexcept { size_ = 0; }
+  void clear() noexcept {
+    size_ = 0;
+    is_full_ = false;
+  }
 
   friend bool operator==(const BoundedText& a, const BoundedText& b) noexcept { return a.text() == b.text(); }
 
  private:
+  /// `take_character` takes the next one off a text.
+  template <typename TakeCharacter>
+  BoundedText& append(std::string_view text, TakeCharacter take_character) noexcept {
+    while (!text.empty() && !is_full_) {
+      const std::string_view character = take_character(text);
+      is_full_ = character.size() > Capacity - size_;
+      if (!is_full_) {
+        std::copy(character.begin(), character.end(), characters_.begin() + size_);
+        size_ += character.size();
+      }
+    }
+    return *this;
+  }
+
   std::array<char, Capacity> characters_{};
   std::size_t size_ = 0;
+  bool is_full_ = false;  ///< something was left off
 };
 
 }  // namespace tubed

@@ -21,8 +21,9 @@ struct SourceCondition {
   friend bool operator==(const SourceCondition&, const SourceCondition&) = default;
 };
 
-/// Beside EmSource or ImageSource, for a source that looks for its device by itself once open() has
-/// succeeded: it never answers read() with kLost. Called by the source's own thread.
+/// Beside EmSource or ImageSource, for a source that has words of its own once open() has succeeded. It
+/// either looks for its device by itself and never answers read() with kLost, or says kReconnecting after a
+/// kLost and an open() until it delivers again. Called by the source's own thread.
 class HasCondition {
  public:
   virtual ~HasCondition() = default;

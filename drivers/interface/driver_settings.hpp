@@ -1,32 +1,17 @@
-// How a driver says which keys it understands, so that the configuration can check them with file, line and
-// column before the driver sees them. The keys of driver "x" stand in the table [x]; "device" of [em] or
-// [[camera]] reaches the driver as it is.
+// What a driver's table of the configuration says. The driver describes its keys (KeyDescription), so that
+// the configuration can check them with file, line and column before the driver sees them. The keys of driver
+// "x" stand in the table [x]; "device" of [em] or [[camera]] reaches the driver as it is.
 #pragma once
 
-#include <cstdint>
-#include <limits>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
+
+#include "idl/settings/key_description.hpp"
 
 namespace tubed {
-
-using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
-
-/// One key: the alternative held by `default_value` is its type.
-struct SettingDescription {
-  std::string name;
-  SettingValue default_value;
-  bool required = false;                                      ///< no default: the file has to give it
-  double minimum = -std::numeric_limits<double>::infinity();  ///< for numbers
-  double maximum = std::numeric_limits<double>::infinity();
-  std::vector<std::string> choices;  ///< for strings: the only ones allowed; empty = any
-  std::string unit;                  ///< "mm", "px", "" ...
-  std::string meaning;               ///< one line for a person
-};
 
 /// Checked values of one driver's table, defaults filled in.
 class DriverSettings {

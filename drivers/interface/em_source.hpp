@@ -34,7 +34,8 @@ struct EmFrame {
   std::array<CoilSample, kMaxTrackerCoils> coils;
 };
 
-/// An EM tracker. All calls come from the EM acquisition thread.
+/// An EM tracker. All calls come from the EM acquisition thread: open(), then read() until it gives kNothing,
+/// wait(), read() again.
 class EmSource {
  public:
   virtual ~EmSource() = default;
@@ -44,8 +45,14 @@ class EmSource {
 
   /// Connects. May allocate and take seconds. Called again after kLost, after close().
   virtual OpenResult open() = 0;
-  /// Waits for the next measurement until `deadline`. Never allocates, locks, logs or throws.
-  virtual ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept = 0;
+  /// Sleeps until read() may have something to do (something has come, a question is due, a device is to be
+  /// looked for), but not beyond `deadline`; may come back early. Takes nothing from the device and sends
+  /// nothing. Nothing ends it from outside: a thread that may be asked to stop gives near deadlines. Never
+  /// allocates, locks, logs or throws.
+  virtual void wait(MonotonicTime deadline) noexcept = 0;
+  /// Takes the next measurement that has come, without waiting for one. Never allocates, locks, logs or
+  /// throws.
+  virtual ReadOutcome read(EmFrame& frame) noexcept = 0;
   /// Lets go of the device; harmless when not open.
   virtual void close() noexcept = 0;
 };

@@ -3,11 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/interface/source.hpp"
 #include "drivers/interface/timestamps.hpp"
+#include "idl/geometry/view_geometry.hpp"
 
 namespace tubed {
 
@@ -30,7 +32,8 @@ struct ImageFrame {
   int width = 0;
   int height = 0;
   PixelDepth depth = PixelDepth::kGrey8;
-  std::vector<std::uint8_t> pixels;  ///< row by row, no padding; 16 bit in host order
+  std::optional<ViewGeometry> geometry;  ///< that came with it, unchecked; nothing: the configuration's
+  std::vector<std::uint8_t> pixels;      ///< row by row, no padding; 16 bit in host order
 
   /// Makes room for width x height pixels of 16 bit. The only call that allocates.
   void reserve(int reserved_width, int reserved_height) {
@@ -40,7 +43,8 @@ struct ImageFrame {
   }
 };
 
-/// A fluoroscope, one view of it. All calls come from that view's image grab thread.
+/// A fluoroscope, one view of it. All calls come from that view's image grab thread: open(), then read()
+/// until it gives kNothing, wait(), read() again.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
@@ -51,9 +55,13 @@ class ImageSource {
   /// Connects. May allocate and take seconds (a recording is decoded here). Called again after kLost, after
   /// close().
   virtual OpenResult open() = 0;
-  /// Waits for the next exposure until `deadline` and copies it into `frame`, whose buffer has been reserved
-  /// for the camera's size. Never allocates, locks, logs or throws.
-  virtual ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept = 0;
+  /// Sleeps until read() may have something to do, but not beyond `deadline`; may come back early. Takes no
+  /// image. Nothing ends it from outside: a thread that may be asked to stop gives near deadlines. Never
+  /// allocates, locks, logs or throws.
+  virtual void wait(MonotonicTime deadline) noexcept = 0;
+  /// Copies the newest exposure that has come into `frame`, whose buffer has been reserved for the camera's
+  /// size, without waiting for one. Never allocates, locks, logs or throws.
+  virtual ReadOutcome read(ImageFrame& frame) noexcept = 0;
   /// Lets go of the device; harmless when not open.
   virtual void close() noexcept = 0;
 };

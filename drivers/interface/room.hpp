@@ -7,8 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "daemon/geometry/camera.hpp"
-#include "daemon/geometry/rigid_transform.hpp"
+#include "drivers/interface/em_source.hpp"
+#include "idl/estimate.hpp"
+#include "idl/geometry/camera.hpp"
+#include "idl/geometry/rigid_transform.hpp"
+#include "idl/settings/bound_key.hpp"
 
 namespace tubed {
 
@@ -24,6 +27,32 @@ struct CoilPlacement {
   std::string tool_part_number = {};  ///< the same; empty: any
 };
 
+/// The keys of an [[instrument.coil]]; tool_serial is checked and set by whoever reads them.
+inline BoundKeys<CoilPlacement> coil_keys() {
+  using S = CoilPlacement;
+  return {key::required(key::number("sensor", &S::sensor, "", {1, kMaxTrackerCoils},
+                                    "which sensor of the tracker it is, counted from 1"),
+                        "1"),
+          key::required(key::number("offset_from_tip_mm", &S::offset_from_tip_mm, "mm", {0, 2000},
+                                    "where it sits, along the catheter from the tip"),
+                        "10.0"),
+          key::flag("flipped", &S::flipped, "mounted the other way round: its z points away from the tip"),
+          key::optional(key::number("port", &S::port, "", {1, kMaxTrackerCoils},
+                                    "port of the tracker it is plugged in; a tracker with ports requires it"),
+                        std::int64_t{1}),
+          key::optional(key::number("channel", &S::channel, "", {0, 1},
+                                    "which of the two coils of its plug it is; left out = 0"),
+                        std::int64_t{0}),
+          {key::optional(
+              key::text("tool_serial", "3C4B0001", {1, 8, true, " "},
+                        "serial number that the tool in this plug has to have, hexadecimal, as `tubectl "
+                        "doctor --tracker` prints it; another tool is told and not tracked; left out = "
+                        "any"))},
+          key::optional(key::text("tool_part_number", &S::tool_part_number, {1, 20, true},
+                                  "part number that the tool in this plug has to have; left out = any"),
+                        std::string("610029"))};
+}
+
 /// One tracked catheter.
 struct InstrumentDescription {
   std::string id;  ///< the DDS key
@@ -31,6 +60,26 @@ struct InstrumentDescription {
   double length_mm = 380;            ///< from the tip, the part whose shape is asked for
   std::vector<CoilPlacement> coils;  ///< tip first
 };
+
+/// The keys of an [[instrument]], its mode aside.
+inline BoundKeys<InstrumentDescription> instrument_keys() {
+  using S = InstrumentDescription;
+  return {
+      key::required(key::text("id", &S::id, key::published_name(kInstrumentIdLength), "the DDS key, unique"),
+                    "\"cath-1\""),
+      key::number("diameter_mm", &S::diameter_mm, "mm", {0.3, 20}, "outer diameter; 7 Fr = 2.33 mm"),
+      key::number("length_mm", &S::length_mm, "mm", {10, 2000},
+                  "from the tip, the part whose shape is asked for")};
+}
+
+/// The registration's keys in [em]; both are checked and set by whoever reads them.
+inline std::vector<KeyDescription> registration_keys() {
+  return {key::optional(key::transform("T_world_em",
+                                       "registration p_world = T_world_em * p_em; left out = not registered"),
+                        "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"),
+          key::optional(key::real("registration_residual_mm", 1.0, "mm", {0, 100},
+                                  "RMS residual of the registration; left out = not stated"))};
+}
 
 struct RoomDescription {
   RigidTransform T_world_em = RigidTransform::Identity();

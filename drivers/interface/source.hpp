@@ -17,8 +17,8 @@ struct OpenResult {
 
 /// How one read ended.
 enum class ReadOutcome {
-  kFrame,    ///< the frame was filled
-  kTimeout,  ///< nothing until the deadline; try again
+  kFrame,    ///< the frame was filled; there may be more
+  kNothing,  ///< nothing has come: wait, then read again
   kRefused,  ///< something came that cannot be used (bad check sum, wrong size); counted, frame untouched
   kLost,     ///< the device is gone: close, then open again after a back-off
   kEnded,    ///< a recording is over: nothing will ever come again

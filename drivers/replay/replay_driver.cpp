@@ -7,35 +7,29 @@
 
 namespace tubed {
 
-std::vector<SettingDescription> replay_settings() {
+std::vector<KeyDescription> replay_settings() {
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
   return {
-      {"folder", std::string(), true, -kNoLimit, kNoLimit, {}, "", "sequence folder to play back"},
-      {"loop",
-       false,
-       false,
-       -kNoLimit,
-       kNoLimit,
-       {},
-       "",
-       "begin again at the end; otherwise the source ends"},
-      {"start_monotonic_ns",
-       std::int64_t{0},
-       false,
-       0,
-       kNoLimit,
-       {},
-       "ns",
-       "CLOCK_MONOTONIC at time 0 of the sequence; 0 = 300 ms after its first source has opened"},
-      {"memory_limit_mb",
-       std::int64_t{2048},
-       false,
-       1,
-       1e6,
-       {},
-       "MB",
-       "refuse recordings whose decoded images need more"},
-  };
+      key::required(key::text("folder", "", {}, "sequence folder to play back"), "\"/path/to/a/sequence\""),
+      key::boolean("loop", false, "begin again at the end; otherwise the source ends"),
+      key::integer("start_monotonic_ns", 0, "ns", {0, kNoLimit},
+                   "CLOCK_MONOTONIC at time 0 of the sequence; 0 = 300 ms after its first source has opened"),
+      key::integer("memory_limit_mb", 2048, "MB", {1, 1e6},
+                   "refuse recordings whose decoded images need more")};
+}
+
+DriverDescription replay_driver() {
+  return {"replay",
+          "a sequence folder played back in real time",
+          Origin::kReplayed,
+          replay_settings(),
+          [](const SourceContext& context) {
+            return make_replay_em_source(context.room, context.settings_with_paths({"folder"}));
+          },
+          [](const SourceContext& context, int camera_index) {
+            return make_replay_image_source(context.room, context.settings_with_paths({"folder"}),
+                                            camera_index);
+          }};
 }
 
 std::unique_ptr<EmSource> make_replay_em_source(const RoomDescription& /*room*/,

@@ -4,15 +4,15 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/interface/driver_settings.hpp"
-#include "drivers/interface/em_source.hpp"
-#include "drivers/interface/image_source.hpp"
-#include "drivers/interface/room.hpp"
+#include "drivers/interface/driver_description.hpp"
 
 namespace tubed {
 
 /// The keys of the table [replay].
-std::vector<SettingDescription> replay_settings();
+std::vector<KeyDescription> replay_settings();
+
+/// This driver as the registry has it.
+DriverDescription replay_driver();
 
 /// All measurements of em.csv, none lost and in order, each at start + t_s and never earlier. Make all
 /// sources of a folder before the first is opened: they share one start.

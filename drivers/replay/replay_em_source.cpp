@@ -25,15 +25,21 @@ OpenResult ReplayEmSource::open() {
   return {true, {}};
 }
 
-ReadOutcome ReplayEmSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
+void ReplayEmSource::wait(MonotonicTime deadline) noexcept {
+  if (is_open_ && !playhead_.ended()) {
+    sleep_until(playhead_.due(), deadline);
+  }
+}
+
+ReadOutcome ReplayEmSource::read(EmFrame& frame) noexcept {
   if (!is_open_) {
     return ReadOutcome::kLost;
   }
   if (playhead_.ended()) {
     return ReadOutcome::kEnded;
   }
-  if (!sleep_until(playhead_.due(), deadline)) {
-    return ReadOutcome::kTimeout;
+  if (monotonic_now() < playhead_.due()) {
+    return ReadOutcome::kNothing;
   }
   const SequenceMeasurement& measurement = folder_->sequence.measurements[playhead_.row()];
   frame.measured = playhead_.due();

@@ -14,7 +14,8 @@ class ReplayEmSource final : public EmSource {
   explicit ReplayEmSource(const DriverSettings& settings);
 
   OpenResult open() override;
-  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
+  void wait(MonotonicTime deadline) noexcept override;
+  ReadOutcome read(EmFrame& frame) noexcept override;
   void close() noexcept override { is_open_ = false; }
 
  private:

@@ -57,17 +57,24 @@ void ReplayImageSource::find_view(const ReplayedFolder& folder) {
   view_ = &view;
 }
 
-ReadOutcome ReplayImageSource::read(ImageFrame& frame, MonotonicTime deadline) noexcept {
+void ReplayImageSource::wait(MonotonicTime deadline) noexcept {
+  if (is_open_ && !playhead_.ended()) {
+    sleep_until(playhead_.due(), deadline);
+  }
+}
+
+ReadOutcome ReplayImageSource::read(ImageFrame& frame) noexcept {
   if (!is_open_) {
     return ReadOutcome::kLost;
   }
   if (playhead_.ended()) {
     return ReadOutcome::kEnded;
   }
-  if (!sleep_until(playhead_.due(), deadline)) {
-    return ReadOutcome::kTimeout;
+  const MonotonicTime now = monotonic_now();
+  if (now < playhead_.due()) {
+    return ReadOutcome::kNothing;
   }
-  playhead_.skip_overtaken(monotonic_now());
+  playhead_.skip_overtaken(now);
   const SequenceFrame& row = view_->rows[playhead_.row()];
   const GreyImage& image = view_->images[playhead_.row()];
   if (frame.pixels.size() < image.pixels.size()) {
@@ -79,6 +86,7 @@ ReadOutcome ReplayImageSource::read(ImageFrame& frame, MonotonicTime deadline) n
   frame.frame_number = row.frame + playhead_.lap() * numbers_a_lap_;
   frame.origin = Origin::kReplayed;
   frame.fluoroscopy_on = row.fluoroscopy_on();
+  frame.geometry = row.geometry;
   frame.width = camera_.width;
   frame.height = camera_.height;
   frame.depth = image.depth;

@@ -15,7 +15,8 @@ class ReplayImageSource final : public ImageSource {
   ReplayImageSource(const CameraCalibration& camera, const DriverSettings& settings);
 
   OpenResult open() override;
-  ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept override;
+  void wait(MonotonicTime deadline) noexcept override;
+  ReadOutcome read(ImageFrame& frame) noexcept override;
   void close() noexcept override { is_open_ = false; }
 
  private:

@@ -89,7 +89,7 @@ struct FolderLease::Entry {
   std::optional<ReplayedFolder> loaded;
 };
 
-/// The one piece of state that outlives its sources: who replays which folder. Every access holds the mutex,
+/// The only state that outlives its sources: which sources replay which folder. Every access holds the mutex,
 /// also while a folder is read, so that the second source to open waits for the first. A list keeps entries
 /// in place.
 struct FolderLease::Registry {

@@ -1,11 +1,10 @@
 // sequence.toml: what was tracked, with which cameras, and how they are registered.
 #include <toml++/toml.h>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 #include <string>
 
+#include "drivers/interface/toml_nesting.hpp"
 #include "drivers/replay/sequence_folder.hpp"
 
 namespace tubed {
@@ -13,7 +12,7 @@ namespace tubed {
 namespace {
 
 constexpr double kRigidTolerance = 1e-6;
-constexpr std::int64_t kGreatestImageSide_px = 16384;
+constexpr std::int64_t kMaxImageSide_px = 16384;
 
 /// Typed access to the keys of one TOML table that says where a value stands when it is refused.
 class TableReader {
@@ -55,9 +54,9 @@ class TableReader {
   int image_side(std::string_view key) const {
     const toml::node& value = node(key);
     const auto side = value.is_integer() ? value.value<std::int64_t>().value_or(0) : 0;
-    if (side < 1 || side > kGreatestImageSide_px) {
+    if (side < 1 || side > kMaxImageSide_px) {
       refuse(value, name_ + "." + std::string(key) + " has to be a whole number of pixels, 1 .. " +
-                        std::to_string(kGreatestImageSide_px));
+                        std::to_string(kMaxImageSide_px));
     }
     return static_cast<int>(side);
   }
@@ -105,19 +104,15 @@ class TableReader {
     if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
       refuse(at, what + ": the last row has to be [0, 0, 0, 1]; are rows and columns exchanged?");
     }
-    const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-    const double skew = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-    if (skew > kRigidTolerance || rotation.determinant() < 0) {
+    std::string why;
+    const auto transform = rigid_from_matrix(matrix, kRigidTolerance, why);
+    if (!transform) {
       refuse(at,
              what +
                  ": the upper left 3 x 3 block is not a rotation (R^T R = I within 1e-6, determinant +1); "
                  "write more digits or correct the axes");
     }
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    RigidTransform transform = RigidTransform::Identity();
-    transform.linear() = svd.matrixU() * svd.matrixV().transpose();
-    transform.translation() = matrix.topRightCorner<3, 1>();
-    return transform;
+    return *transform;
   }
 
   const std::filesystem::path& file_;
@@ -126,8 +121,13 @@ class TableReader {
 };
 
 toml::table parse(const std::filesystem::path& file) {
+  const std::string text = read_whole_file(file);
+  if (const auto line = line_of_too_many_dots(text)) {
+    throw SequenceError({file, *line, 1}, "more than " + std::to_string(kMaxTomlDots) +
+                                              " dots outside comments; tables lie too deep in each other");
+  }
   try {
-    return toml::parse(read_whole_file(file), file.string());
+    return toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw SequenceError({file, static_cast<int>(at.line), static_cast<int>(at.column)},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
@@ -14,7 +15,7 @@ namespace tubed {
 namespace {
 
 constexpr double kUnitTolerance = 1e-2;  ///< of tangents and quaternions, which files round to a few digits
-constexpr double kGreatestTime_s = 1e9;  ///< the replay counts in ns
+constexpr double kMaxTime_s = 1e9;       ///< the replay counts in ns
 constexpr double kArcLengthTolerance_mm = 1e-6;
 
 constexpr std::array<std::pair<std::string_view, CoilStatus>, 4> kStatusWords{{
@@ -29,7 +30,7 @@ class RisingTime {
  public:
   double next(const CsvReader& csv, std::size_t column) {
     const double t_s = csv.number(column);
-    if (std::abs(t_s) > kGreatestTime_s) {
+    if (std::abs(t_s) > kMaxTime_s) {
       csv.refuse(column, "the time is beyond 1e9 s; times count in seconds from the start of the sequence");
     }
     if (t_s < last_s_) {
@@ -63,6 +64,21 @@ enum Column : std::size_t {
   kQy,
   kQz,
   kError
+};
+}
+
+namespace geometry_csv {
+enum Column : std::size_t {
+  kFrame,
+  kFx,
+  kFy,
+  kCx,
+  kCy,
+  kQw,
+  kX = kQw + 4,
+  kSigmaRotation = kX + 3,
+  kSigmaTranslation = kSigmaRotation + 3,
+  kPivotDepth = kSigmaTranslation + 3
 };
 }
 
@@ -194,6 +210,52 @@ std::vector<SequenceMeasurement> read_measurements(const std::filesystem::path& 
   return measurements;
 }
 
+template <std::size_t count>
+std::array<double, count> read_numbers(const CsvReader& csv, std::size_t first) {
+  std::array<double, count> numbers{};
+  for (std::size_t i = 0; i < count; ++i) {
+    numbers[i] = csv.number(first + i);
+  }
+  return numbers;
+}
+
+ViewGeometry read_geometry(const CsvReader& csv, const CameraCalibration& camera) {
+  using namespace geometry_csv;
+  const ViewGeometry geometry{.fx = csv.number(kFx),
+                              .fy = csv.number(kFy),
+                              .cx = csv.number(kCx),
+                              .cy = csv.number(kCy),
+                              .q_camera_world = read_numbers<4>(csv, kQw),
+                              .t_camera_world_mm = read_numbers<3>(csv, kX),
+                              .sigma = {.rotation_rad = read_numbers<3>(csv, kSigmaRotation),
+                                        .translation_mm = read_numbers<3>(csv, kSigmaTranslation),
+                                        .pivot_depth_mm = csv.number(kPivotDepth)}};
+  if (const char* const fault = refusal_of(geometry, camera)) {
+    csv.refuse(kFrame, std::string("the geometry of this frame cannot be: ") + fault);
+  }
+  return geometry;
+}
+
+void read_geometries(const std::filesystem::path& file, const RoomDescription& room,
+                     std::vector<SequenceFrame>& frames) {
+  CsvReader csv(file, {"frame", "fx", "fy", "cx", "cy", "qw", "qx", "qy", "qz", "x", "y", "z", "sigma_rx",
+                       "sigma_ry", "sigma_rz", "sigma_x", "sigma_y", "sigma_z", "pivot_depth"});
+  std::unordered_map<std::uint32_t, SequenceFrame*> by_number;
+  for (SequenceFrame& row : frames) {
+    by_number.emplace(row.frame, &row);
+  }
+  while (csv.next_row()) {
+    const std::uint32_t frame = csv.count(geometry_csv::kFrame);
+    const auto found = by_number.find(frame);
+    if (found == by_number.end() || found->second->geometry) {
+      csv.refuse(geometry_csv::kFrame,
+                 "frame " + std::to_string(frame) + " is not in frames.csv or had its geometry before");
+    }
+    SequenceFrame& row = *found->second;
+    row.geometry = read_geometry(csv, room.cameras[static_cast<std::size_t>(row.camera)]);
+  }
+}
+
 class TruthRows {
  public:
   explicit TruthRows(const std::vector<SequenceFrame>& frames) {
@@ -263,11 +325,22 @@ Sequence read_sequence(const std::filesystem::path& folder) {
   sequence.folder = folder;
   read_sequence_description(folder / "sequence.toml", sequence);
   sequence.frames = read_frames(folder / "frames.csv", sequence.room);
+  if (std::filesystem::exists(folder / "geometry.csv")) {
+    read_geometries(folder / "geometry.csv", sequence.room, sequence.frames);
+  }
   sequence.measurements = read_measurements(folder / "em.csv");
   if (std::filesystem::exists(folder / "truth.csv")) {
     sequence.truth = read_truth(folder / "truth.csv", sequence.frames);
   }
   return sequence;
+}
+
+CameraCalibration camera_of(const Sequence& sequence, const SequenceFrame& frame) {
+  CameraCalibration camera = sequence.room.cameras[static_cast<std::size_t>(frame.camera)];
+  if (frame.geometry) {
+    camera.look_from(*frame.geometry);
+  }
+  return camera;
 }
 
 const SequenceTruth* find_truth(const Sequence& sequence, std::uint32_t frame) {

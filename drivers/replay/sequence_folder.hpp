@@ -1,11 +1,12 @@
-// A recorded or simulated run as plain files: "sequence folder, format 1". Lengths mm, times s on one clock
-// of the sequence, world and em frames as in the room's description.
+// A recorded or simulated run as plain files: "sequence folder, format 1", README.md. Lengths mm, times s on
+// one clock of the sequence, world and em frames as in the room's description.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,9 @@ struct SequenceFrame {
   double t_s = 0;              ///< middle of the exposure
   int camera = 0;              ///< index in room.cameras
   std::filesystem::path file;  ///< grey PNG relative to the folder; empty: fluoroscopy is off
-  SequencePosition position;   ///< of the row's `file`, for messages
+  /// Its row of geometry.csv; nothing: as the room has its camera.
+  std::optional<ViewGeometry> geometry{};
+  SequencePosition position;  ///< of the row's `file`, for messages
 
   [[nodiscard]] bool fluoroscopy_on() const { return !file.empty(); }
 };
@@ -54,6 +57,9 @@ struct Sequence {
 
 /// Reads a folder. Throws SequenceError with file:line:column and what to do for anything the format forbids.
 Sequence read_sequence(const std::filesystem::path& folder);
+
+/// The camera of a frame as it stood then.
+CameraCalibration camera_of(const Sequence& sequence, const SequenceFrame& frame);
 
 /// The truth at that frame, nullptr when there is none.
 const SequenceTruth* find_truth(const Sequence& sequence, std::uint32_t frame);

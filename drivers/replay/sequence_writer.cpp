@@ -1,9 +1,13 @@
 #include "drivers/replay/sequence_writer.hpp"
 
+#include <toml++/toml.h>
+
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <stdexcept>
+#include <utility>
+
+#include "drivers/replay/room_tables.hpp"
 
 namespace tubed {
 
@@ -16,59 +20,20 @@ std::string exact(double value) {
   return {text.data(), written.ptr};
 }
 
-/// As a TOML float, which needs a dot or an exponent.
-std::string toml_float(double value) {
-  const std::string text = exact(value);
-  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
-}
-
-std::string toml_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char character : text) {
-    if (character == '"' || character == '\\') {
-      quoted += '\\';
-    }
-    quoted += static_cast<unsigned char>(character) < 0x20 ? ' ' : character;
-  }
-  return quoted + "\"";
-}
-
-std::string toml_matrix(const RigidTransform& transform) {
-  std::string text = "[";
-  for (int row = 0; row < 4; ++row) {
-    text += row == 0 ? "[" : ", [";
-    for (int column = 0; column < 4; ++column) {
-      text += (column == 0 ? "" : ", ") + toml_float(transform.matrix()(row, column));
-    }
-    text += "]";
-  }
-  return text + "]";
-}
-
-template <typename Range, typename Words>
-std::string toml_list(const Range& range, const Words& words) {
-  std::string text = "[";
-  for (const auto& entry : range) {
-    text += (text.size() == 1 ? "" : ", ") + words(entry);
-  }
-  return text + "]";
-}
-
-std::string catheter_table(const InstrumentDescription& instrument) {
-  return "\n[catheter]\nid = " + toml_text(instrument.id) +
-         "\ndiameter_mm = " + toml_float(instrument.diameter_mm) +
-         "\nlength_mm = " + toml_float(instrument.length_mm) + "\nsensor_offsets_from_tip_mm = " +
-         toml_list(instrument.coils,
-                   [](const CoilPlacement& coil) { return toml_float(coil.offset_from_tip_mm); }) +
-         "\n";
-}
-
-std::string camera_table(const CameraCalibration& camera) {
-  return "\n[[camera]]\nname = " + toml_text(camera.name) + "\nwidth = " + std::to_string(camera.width) +
-         "\nheight = " + std::to_string(camera.height) + "\nfx = " + toml_float(camera.fx) +
-         "\nfy = " + toml_float(camera.fy) + "\ncx = " + toml_float(camera.cx) +
-         "\ncy = " + toml_float(camera.cy) + "\ndistortion = " + toml_list(camera.distortion, toml_float) +
-         "\nT_camera_world = " + toml_matrix(camera.T_camera_world) + "\n";
+toml::table description_of(const std::string& note, const RoomDescription& room) {
+  const InstrumentDescription& instrument = room.instruments.front();
+  toml::array offsets_mm;
+  for (const CoilPlacement& coil : instrument.coils) offsets_mm.push_back(coil.offset_from_tip_mm);
+  toml::array cameras;
+  for (const CameraCalibration& camera : room.cameras) cameras.push_back(table_of(camera));
+  return toml::table{{"format", 1},
+                     {"note", note},
+                     {"catheter", toml::table{{"id", instrument.id},
+                                              {"diameter_mm", instrument.diameter_mm},
+                                              {"length_mm", instrument.length_mm},
+                                              {"sensor_offsets_from_tip_mm", std::move(offsets_mm)}}},
+                     {"registration", toml::table{{"T_world_em", rows_of(room.T_world_em)}}},
+                     {"camera", std::move(cameras)}};
 }
 
 void check_room(const RoomDescription& room) {
@@ -110,7 +75,7 @@ std::string quaternion_fields(const Eigen::Vector3d& tangent) {
   if (!tangent.allFinite()) {
     return ",,,";
   }
-  const auto q = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), tangent);
+  const Eigen::Quaterniond q = rotation_from_z_to(tangent);
   return exact(q.w()) + "," + exact(q.x()) + "," + exact(q.y()) + "," + exact(q.z());
 }
 
@@ -126,11 +91,8 @@ SequenceWriter::SequenceWriter(const std::filesystem::path& folder, const std::s
     throw SequenceError({folder}, "cannot be created: " + error.message());
   }
   std::ofstream description = open_for_writing(folder / "sequence.toml");
-  description << "format = 1\nnote = " << toml_text(note) << "\n"
-              << catheter_table(room.instruments.front())
-              << "\n[registration]\nT_world_em = " << toml_matrix(room.T_world_em) << "\n";
+  description << description_of(note, room) << '\n';
   for (const CameraCalibration& camera : room.cameras) {
-    description << camera_table(camera);
     cameras_.push_back(camera.name);
   }
   close_checked(description, folder / "sequence.toml");
@@ -153,6 +115,25 @@ void SequenceWriter::add_instant_without_fluoroscopy(std::uint32_t frame, double
 void SequenceWriter::add_frame_row(std::uint32_t frame, double t_s, int camera, const std::string& file) {
   frames_ << frame << ',' << exact(t_s) << ',' << cameras_.at(static_cast<std::size_t>(camera)) << ',' << file
           << '\n';
+}
+
+void SequenceWriter::add_geometry(std::uint32_t frame, const ViewGeometry& geometry) {
+  if (!geometry_.is_open()) {
+    geometry_ = open_for_writing(folder_ / "geometry.csv");
+    geometry_ << "frame,fx,fy,cx,cy,qw,qx,qy,qz,x,y,z,"
+                 "sigma_rx,sigma_ry,sigma_rz,sigma_x,sigma_y,sigma_z,pivot_depth\n";
+  }
+  geometry_ << frame;
+  const auto add = [this](const auto& values) {
+    for (const double value : values) geometry_ << ',' << exact(value);
+  };
+  add(std::array{geometry.fx, geometry.fy, geometry.cx, geometry.cy});
+  add(geometry.q_camera_world);
+  add(geometry.t_camera_world_mm);
+  add(geometry.sigma.rotation_rad);
+  add(geometry.sigma.translation_mm);
+  add(std::array{geometry.sigma.pivot_depth_mm});
+  geometry_ << '\n';
 }
 
 void SequenceWriter::add_measurement(const SequenceMeasurement& measurement) {
@@ -178,6 +159,7 @@ void SequenceWriter::add_truth(const SequenceTruth& truth) {
 void SequenceWriter::finish() {
   close_checked(frames_, folder_ / "frames.csv");
   close_checked(measurements_, folder_ / "em.csv");
+  close_checked(geometry_, folder_ / "geometry.csv");
   close_checked(truth_, folder_ / "truth.csv");
 }
 
@@ -190,6 +172,9 @@ void write_sequence(const std::filesystem::path& folder, const Sequence& sequenc
       writer.add_exposure(frame.frame, frame.t_s, frame.camera, images.at(next_image++));
     } else {
       writer.add_instant_without_fluoroscopy(frame.frame, frame.t_s, frame.camera);
+    }
+    if (frame.geometry) {
+      writer.add_geometry(frame.frame, *frame.geometry);
     }
   }
   for (const SequenceMeasurement& measurement : sequence.measurements) {

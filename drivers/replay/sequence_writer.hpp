@@ -24,6 +24,8 @@ class SequenceWriter {
   void add_exposure(std::uint32_t frame, double t_s, int camera, const GreyImage& image);
   /// One instant without fluoroscopy.
   void add_instant_without_fluoroscopy(std::uint32_t frame, double t_s, int camera);
+  /// How the view stood at a frame already added.
+  void add_geometry(std::uint32_t frame, const ViewGeometry& geometry);
   /// All coils of one measurement.
   void add_measurement(const SequenceMeasurement& measurement);
   /// The true centreline at a frame already added.
@@ -38,7 +40,8 @@ class SequenceWriter {
   std::vector<std::string> cameras_;
   std::ofstream frames_;
   std::ofstream measurements_;
-  std::ofstream truth_;  ///< opened with the first centreline: truth.csv is optional
+  std::ofstream geometry_;  ///< opened with the first geometry: geometry.csv is optional
+  std::ofstream truth_;     ///< opened with the first centreline: truth.csv is optional
 };
 
 /// Writes a whole sequence into `folder`; `images` holds one picture for each frame with fluoroscopy, in

@@ -15,8 +15,8 @@ namespace tubed {
 
 namespace {
 
-constexpr double kLongestStall_s = 1e6;
-constexpr double kGreatestOutlier_mm = 1e4;
+constexpr double kMaxStall_s = 1e6;
+constexpr double kMaxOutlier_mm = 1e4;
 
 /// Takes the next word off the front of `rest`.
 std::string_view take_word(std::string_view& rest) {
@@ -44,7 +44,7 @@ std::optional<std::size_t> take_coil(std::string_view& rest) {
 }
 
 bool stall(std::string_view rest, MonotonicTime now, Faults& faults) {
-  const auto seconds = take_number(rest, 0, kLongestStall_s);
+  const auto seconds = take_number(rest, 0, kMaxStall_s);
   if (seconds) {
     faults.stalled_until = now + std::chrono::nanoseconds(std::llround(*seconds * 1e9));
   }
@@ -61,7 +61,7 @@ bool set_lost(std::string_view rest, bool lost, Faults& faults) {
 
 bool set_outlier(std::string_view rest, Faults& faults) {
   const auto coil = take_coil(rest);
-  const auto distance_mm = take_number(rest, -kGreatestOutlier_mm, kGreatestOutlier_mm);
+  const auto distance_mm = take_number(rest, -kMaxOutlier_mm, kMaxOutlier_mm);
   if (!coil || !distance_mm) {
     return false;
   }

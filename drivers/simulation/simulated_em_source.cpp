@@ -45,16 +45,21 @@ void SimulatedEmSource::close() noexcept {
   is_open_ = false;
 }
 
-ReadOutcome SimulatedEmSource::read(EmFrame& frame, MonotonicTime deadline) noexcept {
+void SimulatedEmSource::wait(MonotonicTime deadline) noexcept {
+  if (is_open_) {
+    sleep_until(std::max(clock_.due(next_), faults_.stalled_until), deadline);
+  }
+}
+
+ReadOutcome SimulatedEmSource::read(EmFrame& frame) noexcept {
   if (!is_open_) {
     return ReadOutcome::kLost;
   }
-  sleep_until(std::max(clock_.due(next_), faults_.stalled_until), deadline);
   const MonotonicTime now = monotonic_now();
   control_.poll(now, faults_);
   next_ = clock_.after_stall(next_, faults_.stalled_until, now);
   if (now < faults_.stalled_until || now < clock_.due(next_)) {
-    return ReadOutcome::kTimeout;
+    return ReadOutcome::kNothing;
   }
   shown_ = faults_.stuck ? shown_ : next_;
   measure(shown_, frame);

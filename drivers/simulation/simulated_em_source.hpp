@@ -3,10 +3,10 @@
 #include <chrono>
 #include <string>
 
+#include "drivers/laboratory/simulated_tracker.hpp"
+#include "drivers/laboratory/simulated_world.hpp"
 #include "drivers/simulation/fault_socket.hpp"
 #include "drivers/simulation/sample_clock.hpp"
-#include "drivers/simulation/simulated_tracker.hpp"
-#include "drivers/simulation/simulated_world.hpp"
 
 namespace tubed {
 
@@ -18,7 +18,8 @@ class SimulatedEmSource final : public EmSource {
   SimulatedEmSource(const RoomDescription& room, const DriverSettings& settings);
 
   OpenResult open() override;
-  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override;
+  void wait(MonotonicTime deadline) noexcept override;
+  ReadOutcome read(EmFrame& frame) noexcept override;
   void close() noexcept override;
 
  private:

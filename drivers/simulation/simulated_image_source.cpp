@@ -47,16 +47,21 @@ void SimulatedImageSource::close() noexcept {
   is_open_ = false;
 }
 
-ReadOutcome SimulatedImageSource::read(ImageFrame& frame, MonotonicTime deadline) noexcept {
+void SimulatedImageSource::wait(MonotonicTime deadline) noexcept {
+  if (is_open_) {
+    sleep_until(std::max(clock_.due(next_), faults_.stalled_until), deadline);
+  }
+}
+
+ReadOutcome SimulatedImageSource::read(ImageFrame& frame) noexcept {
   if (!is_open_) {
     return ReadOutcome::kLost;
   }
-  sleep_until(std::max(clock_.due(next_), faults_.stalled_until), deadline);
   const MonotonicTime now = monotonic_now();
   control_.poll(now, faults_);
   next_ = clock_.after_stall(next_, faults_.stalled_until, now);
   if (now < faults_.stalled_until || now < clock_.due(next_)) {
-    return ReadOutcome::kTimeout;
+    return ReadOutcome::kNothing;
   }
   next_ = clock_.newest_due(now);
   if (frame.pixels.size() <
@@ -84,6 +89,7 @@ void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   frame.width = camera_.width;
   frame.height = camera_.height;
   frame.depth = PixelDepth::kGrey8;
+  frame.geometry = world_.announced(camera_, world_.seconds(clock_.taken(shown_)), shown_, seed_);
   const auto count = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
   const std::span<std::uint8_t> pixels(frame.pixels.data(), count);
   if (faults_.black) {

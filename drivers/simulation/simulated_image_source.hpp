@@ -4,10 +4,10 @@
 #include <string>
 
 #include "drivers/interface/image_source.hpp"
+#include "drivers/laboratory/simulated_view.hpp"
+#include "drivers/laboratory/simulated_world.hpp"
 #include "drivers/simulation/fault_socket.hpp"
 #include "drivers/simulation/sample_clock.hpp"
-#include "drivers/simulation/simulated_view.hpp"
-#include "drivers/simulation/simulated_world.hpp"
 
 namespace tubed {
 
@@ -19,7 +19,8 @@ class SimulatedImageSource final : public ImageSource {
   SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings, int camera_index);
 
   OpenResult open() override;
-  ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept override;
+  void wait(MonotonicTime deadline) noexcept override;
+  ReadOutcome read(ImageFrame& frame) noexcept override;
   void close() noexcept override;
 
  private:

@@ -2,66 +2,60 @@
 
 #include <limits>
 
+#include "drivers/laboratory/simulated_world.hpp"
 #include "drivers/simulation/simulated_em_source.hpp"
 #include "drivers/simulation/simulated_image_source.hpp"
 
 namespace tubed {
 
-std::vector<SettingDescription> simulation_settings() {
+std::vector<KeyDescription> simulation_settings() {
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
   return {
-      {"preset",
-       std::string("arch"),
-       false,
-       -kNoLimit,
-       kNoLimit,
-       {"arch", "paper", "field", "frozen", "clinical", "biplane"},
-       "",
-       "what is simulated; all but arch push a catheter through an aorta, set the tracker's errors "
-       "themselves and "
-       "take some seconds to start"},
-      {"seed",
-       std::int64_t{1},
-       false,
-       0,
-       1e15,
-       {},
-       "",
-       "of noise and background, and of the patient in a preset; in the arch the catheters move the same for "
-       "all"},
-      {"vessel",
-       std::string(),
-       false,
-       -kNoLimit,
-       kNoLimit,
-       {},
-       "",
-       "file of a vessel of your own for a preset, .csv or .stl, in mm; empty = the preset's aorta"},
-      {"epoch_ns",
-       std::int64_t{0},
-       false,
-       0,
-       kNoLimit,
-       {},
-       "ns",
-       "CLOCK_MONOTONIC at which the motion begins"},
-      {"em_rate_hz", 40.0, false, 1, 1000, {}, "Hz", "measurements of the tracker"},
-      {"lambda_mm", 4.0, false, 0, 100, {}, "mm", "amplitude of the position noise, Eq. (19)"},
-      {"psi_deg", 3.0, false, 0, 180, {}, "deg", "angle of the tangent noise, Eq. (20)"},
-      {"em_latency_ms", 12.0, false, 0, 10000, {}, "ms", "from measurement to delivery"},
-      {"frame_rate_hz", 30.0, false, 0.1, 200, {}, "Hz", "exposures of each fluoroscope"},
-      {"image_latency_ms", 8.0, false, 0, 10000, {}, "ms", "from exposure to delivery"},
-      {"cnr", 2.7, false, 0.1, 1e6, {}, "", "contrast of the catheter to the noise of one pixel"},
-      {"speed_mm_s", 20.0, false, 0, 500, {}, "mm/s", "greatest speed of the catheters along the vessel"},
-      {"control_folder",
-       std::string(),
-       false,
-       -kNoLimit,
-       kNoLimit,
-       {},
-       "",
-       "where sockets for faults on request are bound; empty = none"},
+      key::word("preset", std::string(kArchPreset), simulation_presets(),
+                "what is simulated; all but arch push a catheter through an aorta, set the tracker's errors "
+                "themselves and take some seconds to start"),
+      key::integer("seed", 1, "", {0, 1e15},
+                   "of noise and background, and of the patient in a preset; in the arch the catheters move "
+                   "the same for all"),
+      key::text("vessel", "", {},
+                "file of a vessel of your own for a preset, .csv or .stl, in mm; empty = the preset's aorta"),
+      key::integer("epoch_ns", 0, "ns", {0, kNoLimit}, "CLOCK_MONOTONIC at which the motion begins"),
+      key::real("em_rate_hz", 40.0, "Hz", {1, 1000}, "measurements of the tracker"),
+      key::real("lambda_mm", 4.0, "mm", {0, 100}, "amplitude of the position noise, Eq. (19)"),
+      key::real("psi_deg", 3.0, "deg", {0, 180}, "angle of the tangent noise, Eq. (20)"),
+      key::real("em_latency_ms", 12.0, "ms", {0, 10000}, "from measurement to delivery"),
+      key::real("frame_rate_hz", 30.0, "Hz", {0.1, 200}, "exposures of each fluoroscope"),
+      key::real("image_latency_ms", 8.0, "ms", {0, 10000}, "from exposure to delivery"),
+      key::real("cnr", 2.7, "", {0.1, 1e6}, "contrast of the catheter to the noise of one pixel"),
+      key::real("speed_mm_s", 20.0, "mm/s", {0, 500}, "greatest speed of the catheters along the vessel"),
+      key::real(
+          "swing_deg", 0.0, "deg", {-120, 120},
+          "the C-arm of the first view swings by so much, LAO and RAO, and back; 0 = it stands, or does "
+          "what the preset has it do"),
+      key::real("swing_every_s", 20.0, "s", {0.2, 3600}, "it swings there and back once in so long"),
+      key::real("swing_deg_s", 10.0, "deg/s", {0.1, 120}, "its speed"),
+      key::boolean("announces_pose", true,
+                   "each image of a view that moves says how the view stood; false: nothing says so"),
+      key::real("pose_noise_deg", 0.1, "deg", {0, 10},
+                "standard deviation of what it says then of the C-arm's angles"),
+      key::real("pose_noise_mm", 1.0, "mm", {0, 100}, ".. of where it stands"),
+      key::text("control_folder", "", {}, "where sockets for faults on request are bound; empty = none")};
+}
+
+DriverDescription simulation_driver() {
+  const auto settings = [](const SourceContext& context) {
+    return context.settings_with_paths({"control_folder", "vessel"});
   };
+  return {"simulation",
+          "a catheter in an aortic arch, without any hardware",
+          Origin::kSimulated,
+          simulation_settings(),
+          [settings](const SourceContext& context) {
+            return make_simulation_em_source(context.room, settings(context));
+          },
+          [settings](const SourceContext& context, int camera_index) {
+            return make_simulation_image_source(context.room, settings(context), camera_index);
+          }};
 }
 
 std::unique_ptr<EmSource> make_simulation_em_source(const RoomDescription& room,

@@ -5,15 +5,15 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/interface/driver_settings.hpp"
-#include "drivers/interface/em_source.hpp"
-#include "drivers/interface/image_source.hpp"
-#include "drivers/interface/room.hpp"
+#include "drivers/interface/driver_description.hpp"
 
 namespace tubed {
 
 /// The keys of the table [simulation].
-std::vector<SettingDescription> simulation_settings();
+std::vector<KeyDescription> simulation_settings();
+
+/// This driver as the registry has it.
+DriverDescription simulation_driver();
 
 /// Measures the coils of all instruments of the room, in the tracker's frame.
 std::unique_ptr<EmSource> make_simulation_em_source(const RoomDescription& room,

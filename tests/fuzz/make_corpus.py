@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Writes the first corpus of the fuzz targets: one file a conversation that the protocol describes.
+"""Writes the first corpus of the fuzz targets: what the protocols, the formats and the repository's own examples describe.
 
-  make_corpus.py FOLDER    writes FOLDER/{replies,text,can}/*
+  make_corpus.py FOLDER    writes FOLDER/TARGET/*
 """
+import re
 import struct
 import sys
+import zlib
 from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def crc16(data):
@@ -105,12 +109,173 @@ CAN = {
 }
 
 
+def unescaped(text):
+    return re.sub(rb"\\(x[0-9a-f]{2}|.)", lambda found: {b"r": b"\r", b"n": b"\n", b"\\": b"\\"}.get(found[1]) or
+                  bytes.fromhex(found[1][1:].decode()), text.encode())
+
+
+def answers_of(log):
+    """A wire log as the target session reads it: what the tracker answered to each command, as bytes."""
+    answers = []
+    for line in log.splitlines():
+        entry = re.match(r"\s*[\d.]+ (>|<|break)(?: (.*))?$", line)
+        if entry and entry[1] != "<":
+            answers.append(b"")
+        elif entry and answers:
+            answers[-1] += unescaped(entry[2])
+    return b"".join(b"\x04" + bytes([min(len(answer), 255)]) + answer[:255] for answer in answers)
+
+
+LOGS = {log.stem: log.read_text() for log in sorted((ROOT / "tests/drivers/logs").glob("*.log"))}
+SESSION = {name: (b"\x03\x02" + answers_of(log))[:4096] for name, log in LOGS.items()}
+SESSION["a_tool_file"] = b"\x0b\x20" + bytes(range(32)) + b"\x02" + answers_of(LOGS["a_tool_without_description"])[:3000]
+WIRE_LOGS = {name: log[:log.rfind("\n", 0, 4096) + 1].encode() for name, log in LOGS.items()}
+
+BASE = (ROOT / "tests/daemon/config/base.toml").read_text()
+CONFIGURATIONS = {
+    "base": BASE, "two_cameras": BASE + BASE[BASE.find("[[camera]]"):BASE.find("[[", BASE.find("[[camera]]") + 2)],
+    "c_arm": BASE.replace("[[instrument]]", "[camera.c_arm]\nsource_detector_mm = 1200\nsource_isocentre_mm = 785\n"
+                          "pixel_pitch_mm = 0.6\nprimary_angle_deg = 30\ntable_mm = [0, 0, 40]\n[[instrument]]", 1),
+    "syntax": "[em\n", "nested": "a" + ".a" * 400 + " = 1\n", "array": "a = " + "[" * 300 + "]" * 300 + "\n",
+    "values": "a = 1979-05-27T07:32:00Z\nb = 0x7f\nc = inf\nd = 'x'\ne = \"\\u00e9\"\nf = [1, {g = 2}]\n",
+}
+
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png(width, height, depth, interlaced=0):
+    rows = b"".join(b"\0" + bytes(range(width * depth // 8)) for _ in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, 0, 0, 0, interlaced)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+DESCRIPTION = """format = 1
+note = "n"
+[catheter]
+id = "c"
+diameter_mm = 2.0
+length_mm = 100.0
+sensor_offsets_from_tip_mm = [1.0, 20.0]
+[registration]
+T_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]
+[[camera]]
+name = "A"
+width = 8
+height = 4
+fx = 100.0
+fy = 100.0
+cx = 4.0
+cy = 2.0
+distortion = [0,0,0,0,0]
+T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,500],[0,0,0,1]]
+"""
+EM = ("t_s,frame,sensor,status,x,y,z,tx,ty,tz,qw,qx,qy,qz,error\n0,1,1,OK,1,2,3,0,0,1,1,0,0,0,0.1\n"
+      "0,1,2,MISSING,,,,,,,,,,,\n0.025,2,1,OUT_OF_VOLUME,1,2,3,0,0,1,1,0,0,0,0.1\n")
+GEOMETRY = ("frame,fx,fy,cx,cy,qw,qx,qy,qz,x,y,z,sigma_rx,sigma_ry,sigma_rz,sigma_x,sigma_y,sigma_z,pivot_depth\n"
+            "0,100,100,4,2,0.6,0,0.8,0,5,6,510,0.001,0.001,0.001,1,1,1,500\n1,120,120,4,2,1,0,0,0,0,0,500,0,0,0,0,0,0,0\n")
+SEQUENCES = {
+    "description": "=== sequence.toml\n" + DESCRIPTION, "em": "=== em.csv\n" + EM,
+    "frames": "=== frames.csv\nframe,t_s,camera,file\n0,0.0,A,0.png\n1,0.1,A,\n",
+    "geometry": "=== geometry.csv\n" + GEOMETRY,
+    "truth": "=== truth.csv\nframe,s_mm,x,y,z\n0,0,1,2,3\n0,1,1,2,4\n0,2,1,2,5\n1,0,1,2,3\n1,1,1,2,4\n",
+    "grey8": b"=== 0.png\n" + png(8, 4, 8), "grey16": b"=== 0.png\n" + png(8, 4, 16),
+    "interlaced": b"=== 0.png\n" + png(8, 4, 8, 1), "large": b"=== 0.png\n" + png(64, 64, 16)[:200],
+}
+
+
+def tetrahedron(size):
+    corners = [(0, 0, 0), (size, 0, 0), (0, size, 0), (0, 0, size)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    return [[corners[i] for i in face] for face in faces]
+
+
+def stl(triangles):
+    return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(
+        struct.pack("<12fH", 0, 0, 0, *[x for corner in triangle for x in corner], 0) for triangle in triangles)
+
+
+def ascii_stl(triangles):
+    facets = "".join("facet normal 0 0 0\nouter loop\n" + "".join("vertex %g %g %g\n" % corner for corner in triangle) +
+                     "endloop\nendfacet\n" for triangle in triangles)
+    return "solid v\n" + facets + "endsolid v\n"
+
+
+VESSELS = {
+    "binary": b"\0" + stl(tetrahedron(60)), "text": b"\0" + ascii_stl(tetrahedron(60)).encode(),
+    "table": b"\1x,y,z,radius\n" + "".join(f"{i},0,{8 * i},5\n" for i in range(8)).encode(),
+}
+
+
+def image_step(*changes, size=0, geometry=0):
+    return (b"\x01" + bytes([len(changes) | geometry << 7]) + b"".join(bytes([offset]) + value for offset, value in changes) +
+            bytes([size]))
+
+
+def poke(offset, value):
+    return b"\0" + struct.pack("<HQ", offset, value)
+
+
+IMAGES = {
+    "proper": b"\0" + image_step() + b"\2" + image_step() + b"\2",
+    "grey8_off": b"\0" + image_step((28, struct.pack("<II", 8, 8))) + b"\2" + image_step((24, bytes(8))) + b"\2",
+    "larger": b"\0" + image_step((32, struct.pack("<II", 32768, 32768))) + b"\2",
+    "short": b"\0" + image_step(size=130) + b"\2", "greeting": b"\1" + bytes(16), "nothing_handed_out": b"\2",
+    "slots": b"\4" + struct.pack("<HQ", 20, 0xFFFFFFFF) + b"\2", "newest": b"\0" + poke(192, 2**63) + b"\2" + image_step() + b"\2",
+    "sequence": b"\0" + image_step() + poke(4096, 7) + b"\2", "ended": b"\0" + image_step() + poke(264, 2) + b"\2",
+    "geometry": b"\0" + image_step(geometry=1) + b"\2" + image_step((76, struct.pack("<ff", 5, -6)), geometry=1) + b"\2",
+    "inverted": b"\0" + image_step((84, struct.pack("<ff", -1000, 0.1)), geometry=1) + b"\2" + image_step((40, bytes([9]) + bytes(7))) + b"\2",
+    "heartbeat": b"\0" + poke(256, 2**63 - 1) + b"\2", "length": b"\0" + image_step() + poke(4104, 2**64 - 1) + b"\2",
+}
+
+
+def estimate_step(*changes):
+    return b"\x01" + bytes([len(changes)]) + b"".join(struct.pack("<HQ", offset, value) for offset, value in changes)
+
+
+ESTIMATES = {
+    "proper": b"\0" + estimate_step() + b"\2" + estimate_step() + b"\2", "every": b"\2" + estimate_step() * 3 + b"\2\2",
+    "counts": b"\0" + estimate_step((172, 129)) + b"\2" + estimate_step((8368, 65)) + b"\2" + estimate_step((9912, 17)) + b"\2",
+    "booleans": b"\0" + estimate_step((120, 0x0202)) + b"\2", "newest": b"\0" + estimate_step() + poke(192, 2**64 - 1) + b"\2\2",
+    "ended": b"\0" + estimate_step() + poke(264, 2) + b"\2\2", "identity": b"\0" + estimate_step((0, 0x4141414141414141)) + b"\2",
+}
+
+
+def sample(writer, *changes, pause=33, place=5.0, prints=True):
+    return (bytes([len(changes) | writer << 3 | (128 if prints else 0)]) +
+            b"".join(struct.pack("<HQ", offset, value) for offset, value in changes) + bytes([pause]) + struct.pack("<f", place))
+
+
+# Offsets of tubed_TubeEstimate: those of tubed_shm_estimate, which has the same fields in the same order.
+NUMBER, START, LENGTH, POINTS, SPACING, PUBLISHED = 72, 80, 156, 172, 8372, 10240
+SAMPLES = {
+    "in_order": b"".join(sample(0, (NUMBER, n), (START, 1), (PUBLISHED, n * 33_000_000)) for n in range(1, 12)),
+    "another_writer": b"".join(sample(n % 2, (NUMBER, n), (START, 1 + n % 2), (PUBLISHED, n * 33_000_000)) for n in range(1, 12)),
+    "backward": b"".join(sample(0, (NUMBER, n), (PUBLISHED, n * 33_000_000)) for n in (5, 4, 6, 5)),
+    "outruns": b"".join(sample(0, (NUMBER, n << 40), (PUBLISHED, n)) for n in range(4)),
+    "past_and_future": sample(0, (PUBLISHED, 2**63)) + sample(0, (NUMBER, 1), (PUBLISHED, 2**63 - 1)),
+    "infinite_length": sample(0, (LENGTH, 0x7F800000), (SPACING, 0x7F800000), place=float("inf")),
+    "counts": sample(0, (POINTS, 2**32 - 1)) + sample(0, (SPACING - 4, 2**32 - 1)), "nan": sample(0, place=float("nan")),
+}
+REPORTS = {
+    "samples": b"\0\1" + struct.pack("<HQ", 120, 16), "identity": b"\1\1" + struct.pack("<HQ", 0, 0x41),
+    "reports": b"\2" + bytes([0]) + bytes([0]) + struct.pack("<qq", 10**12 - 10**8, 10**12 - 10**8),
+}
+
+CORPORA = {
+    "replies": (REPLIES, b"\x1f"), "text": (TEXTS, b""), "can": (CAN, b""), "session": (SESSION, b""), "wire_log": (WIRE_LOGS, b""),
+    "configuration": (CONFIGURATIONS, b""), "sequence": (SEQUENCES, b""), "vessel": (VESSELS, b""), "shm_image": (IMAGES, b""),
+    "shm_estimate": (ESTIMATES, b""), "estimate": (SAMPLES, b""), "reports": (REPORTS, b""),
+}
+
+
 def main(arguments):
     folder = Path(arguments[0])
-    for name, files, before in (("replies", REPLIES, b"\x1f"), ("text", TEXTS, b""), ("can", CAN, b"")):
+    for name, (files, before) in CORPORA.items():
         (folder / name).mkdir(parents=True, exist_ok=True)
         for file, content in files.items():
-            (folder / name / file).write_bytes(before + content)
+            (folder / name / file).write_bytes(before + (content.encode() if isinstance(content, str) else content))
     return 0
 
 

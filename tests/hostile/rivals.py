@@ -12,6 +12,7 @@ import calm  # noqa: E402
 from bed import check, check_timing, is_fused, milliseconds, say  # noqa: E402
 
 TURNS = int(os.environ.get("TUBED_RIVALS", "20"))
+DEAFENED = 5
 AGAIN_MS = 250  # the contract: the real daemon is heard again after a rival's end
 
 
@@ -102,6 +103,27 @@ def a_forged_sample_with_a_huge_number_makes_nobody_deaf(bed):
     check_timing(gap_ms < AGAIN_MS, f"the real daemon was not heard for {gap_ms:.0f} ms")
 
 
+def packets_under_the_daemons_own_guid_deafen_nobody_for_good(bed):
+    """After a heartbeat that says "numbers below 2^40 are gone" everything that the writer sends is old."""
+    _, subscriber = bed.tracked()
+    start = start_of(subscriber.samples()[-1])
+    silent_ms = []
+    for _ in range(DEAFENED):
+        since_ns = time.monotonic_ns()
+        forger = forge(bed, "deafen", 3)
+        check(forger.wait(20) == 0, "the forger failed")
+        time.sleep(4)  # the next attack meets a connection that has been heard for a while
+        samples = subscriber.samples(since_ns=since_ns)
+        check(samples and time.monotonic_ns() - samples[-1]["received_monotonic_ns"] < 5e8, "nothing is heard any more")
+        silent_ms.append(beds.longest_gap_ms(samples))
+        check(all(sample["sequence_number"] < 2**40 for sample in samples), "a forged packet was shown")
+        check({start_of(sample) for sample in samples} == {start}, "another writer was shown")
+    say(f"deafened {DEAFENED} times; silent for {min(silent_ms):.0f} to {max(silent_ms):.0f} ms: "
+        + " ".join(f"{ms:.0f}" for ms in silent_ms))
+    check(max(silent_ms) > 140, "the packets deafened nobody: nothing was tried")
+    check_timing(max(silent_ms) <= AGAIN_MS, f"the daemon was not heard for {max(silent_ms):.0f} ms")
+
+
 def twenty_thousand_invented_instruments_cost_bounded_memory(bed):
     _, subscriber = bed.tracked()
     time.sleep(2)
@@ -149,4 +171,5 @@ if __name__ == "__main__":
     beds.main(a_rival_that_comes_second_is_told_and_never_shown,
               a_real_daemon_is_heard_250_ms_after_the_end_of_a_rival_that_came_first,
               a_forged_sample_with_a_huge_number_makes_nobody_deaf,
+              packets_under_the_daemons_own_guid_deafen_nobody_for_good,
               twenty_thousand_invented_instruments_cost_bounded_memory, every_program_says_that_there_is_a_rival)

@@ -43,11 +43,11 @@ inline ShmWriterSettings small_writer(const std::string& socket, std::uint32_t s
           .identity = {TUBED_SHM_IMAGES, TUBED_SHM_IMAGES_VERSION, "A", 0}};
 }
 
-inline ShmReaderSettings small_reader(const std::string& socket, int patience_ms = 5000) {
+inline ShmReaderSettings small_reader(const std::string& socket, int timeout_ms = 5000) {
   return {.path = socket,
           .content = TUBED_SHM_IMAGES,
           .content_version = TUBED_SHM_IMAGES_VERSION,
-          .patience_ms = patience_ms,
+          .timeout_ms = timeout_ms,
           .trusted = {}};
 }
 

@@ -5,9 +5,13 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <deque>
+#include <fstream>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -146,6 +150,85 @@ TEST_F(ShmRing, AHeaderThatContradictsItsMemoryIsRefused) {
   header = good;
   header.magic = 0;
   EXPECT_THROW(ShmRingReader(bytes_, kGeometry.segment_bytes()), ShmError);
+}
+
+TEST_F(ShmRing, ANumberThatGoesBackwardsIsNoNewsAndEndsNoWait) {
+  publish(1);
+  publish(2);
+  auto& header = *reinterpret_cast<tubed_shm_header*>(bytes_);
+  std::atomic_ref(header.newest).store(1);
+  const std::int64_t before_ns = shm_test_now_ns();
+  reader_.wait(2, before_ns + 2'000'000);
+  EXPECT_GE(shm_test_now_ns(), before_ns + 2'000'000);
+}
+
+/// Readers that sleep until there is a sample, each in a thread of its own.
+class Sleepers {
+ public:
+  Sleepers(const ShmRingReader& reader, int count) {
+    for (int i = 0; i < count; ++i) {
+      std::atomic<pid_t>& id = ids_.emplace_back(0);
+      threads_.emplace_back([&reader, &id] {
+        id = static_cast<pid_t>(syscall(SYS_gettid));
+        while (reader.newest() == 0) {
+          reader.wait(0, shm_test_now_ns() + 60'000'000'000);
+        }
+      });
+      while (id == 0 || !is_asleep(id)) {
+        std::this_thread::yield();
+      }
+    }
+  }
+  ~Sleepers() {
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+  }
+
+  /// Those that still sleep: woken ones count as running at once.
+  [[nodiscard]] std::ptrdiff_t asleep() const { return std::count_if(ids_.begin(), ids_.end(), is_asleep); }
+
+ private:
+  static bool is_asleep(pid_t thread) {
+    std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/syscall");
+    int call = -1;
+    return file >> call && call == SYS_futex;
+  }
+  std::deque<std::atomic<pid_t>> ids_;
+  std::vector<std::thread> threads_;
+};
+
+TEST(ShmWriter, WithoutAnotherThreadItWakesAllReadersItself) {
+  const ShmFolder folder;
+  ShmWriter writer(small_writer(folder.socket()), shm_test_now_ns());
+  ShmVisit visit(folder.socket(), {});
+  writer.beat(shm_test_now_ns());
+  const ShmReader reader(visit.answer(0).value(), small_reader(folder.socket()));
+  const Sleepers sleepers(reader.ring(), 3 * ShmRingWriter::kMaxWoken);
+  EXPECT_EQ(sleepers.asleep(), 3 * ShmRingWriter::kMaxWoken);
+  writer.publish(std::array<std::byte, 8>{}, shm_test_now_ns());
+  EXPECT_EQ(sleepers.asleep(), 0);
+}
+
+TEST_F(ShmRing, OfManySleepersASampleWakesAFewAndAnotherThreadTheRest) {
+  constexpr int kCount = 100;
+  const auto& header = *reinterpret_cast<const tubed_shm_header*>(bytes_);
+  const Sleepers sleepers(reader_, kCount);
+  publish(1);
+  EXPECT_TRUE(writer_.leaves_sleepers());
+  EXPECT_EQ(syscall(SYS_futex, &header.wake, FUTEX_WAKE, 1, nullptr, nullptr, 0), 1)
+      << "nobody was left asleep";
+  std::thread([&] { writer_.wake_sleepers(); }).join();
+  EXPECT_EQ(syscall(SYS_futex, &header.wake, FUTEX_WAKE, kCount, nullptr, nullptr, 0), 0)
+      << "somebody sleeps on";
+}
+
+TEST_F(ShmRing, AFewSleepersAreAllWokenByTheSampleItself) {
+  const auto& header = *reinterpret_cast<const tubed_shm_header*>(bytes_);
+  const Sleepers sleepers(reader_, ShmRingWriter::kMaxWoken - 1);
+  publish(1);
+  EXPECT_FALSE(writer_.leaves_sleepers());
+  EXPECT_EQ(syscall(SYS_futex, &header.wake, FUTEX_WAKE, 1, nullptr, nullptr, 0), 0) << "somebody sleeps on";
 }
 
 TEST_F(ShmRing, WaitingEndsAtTheDeadline) {

@@ -1,12 +1,15 @@
-// Publishes the distinct values on all five topics, 30 times a second, for at most 30 s.
+// Publishes the distinct values on all five topics, 30 times a second, for at most 30 s; with DDS Security
+// when a folder of keys is given.
 #include <chrono>
 #include <thread>
 
 #include "daemon/publishing/dds_publisher.hpp"
 #include "tests/daemon/publishing/distinct_values.hpp"
 
-int main() {
-  tubed::DdsPublisher publisher({}, {tubed::distinct_identity("catheter")});
+int main(int argc, char** argv) {
+  tubed::DdsSettings settings;
+  if (argc > 1) settings.security = argv[1];
+  tubed::DdsPublisher publisher(settings, {tubed::distinct_identity("catheter")});
   const tubed::NamedStageReport stage = tubed::distinct_stage();
   const tubed::ClockPair now{.monotonic_ns = 1'000'000, .realtime_ns = 5'000'000};
   for (int i = 0; i < 900; ++i) {

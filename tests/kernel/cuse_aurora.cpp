@@ -25,7 +25,7 @@
 #include <fuse_opt.h>
 
 #include "drivers/interface/monotonic_clock.hpp"
-#include "drivers/simulation/aurora_emulator/device.hpp"
+#include "drivers/laboratory/aurora_emulator/device.hpp"
 
 namespace tubed {
 namespace {
@@ -313,8 +313,8 @@ int serve(const std::string& name, CuseSerialPort& port, char* program) {
   while (fuse_session_exited(session) == 0) {
     const auto left = std::clamp<std::chrono::nanoseconds>(port.next_event() - monotonic_now(),
                                                            milliseconds(0), milliseconds(50));
-    const timespec patience{0, static_cast<long>(left.count())};
-    if (::ppoll(&kernel, 1, &patience, nullptr) > 0 && fuse_session_receive_buf(session, &buffer) > 0) {
+    const timespec timeout{0, static_cast<long>(left.count())};
+    if (::ppoll(&kernel, 1, &timeout, nullptr) > 0 && fuse_session_receive_buf(session, &buffer) > 0) {
       fuse_session_process_buf(session, &buffer);
     }
     port.step();

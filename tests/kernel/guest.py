@@ -3,7 +3,8 @@
 
 A User-mode Linux guest boots with this machine's root, read only, and Debian's modules; TEST (a script of this folder, or a
 program of PROGRAMS) runs in it as root and its exit code is that of this script. The guest has no network but its own, its
-/tmp, /run and /dev/shm are its own, and it ends with this script. TUBED_GUEST_SECONDS: how long it may take.
+/tmp, /run and /dev/shm are its own, and it ends with this script. TUBED_GUEST_SECONDS: how long it may take. TUBED_GUEST_PROCESSOR=wide: as on a processor
+with more registers than the guest's kernel knows.
 """
 import os
 import pathlib
@@ -20,7 +21,7 @@ import calm
 SKIP = 77  # SKIP_RETURN_CODE of these tests
 HERE = pathlib.Path(__file__).resolve().parent
 MODULES = ("net/can/can.ko", "net/can/can-raw.ko", "drivers/net/can/dev/can-dev.ko", "drivers/net/can/vcan.ko", "fs/fuse/cuse.ko")
-PATIENCE_S = float(os.environ.get("TUBED_GUEST_SECONDS", "200"))
+TIMEOUT_S = float(os.environ.get("TUBED_GUEST_SECONDS", "200"))
 MEMORY = "512M"
 
 
@@ -89,6 +90,12 @@ def leave_nothing_behind(session):
     os._exit(0)
 
 
+def preloaded(programs):
+    """What makes the guest run on processors with more registers than it knows (whole_registers.c), and what pretends to be one."""
+    names = ["libwhole_registers.so"] + (["libwide_processor.so"] if os.environ.get("TUBED_GUEST_PROCESSOR") == "wide" else [])
+    return " ".join(str(programs / name) for name in names)
+
+
 def boot(kernel, folder, programs, test):
     """True when the guest came to its end in time. Its words are in the folder's `console`."""
     command = [kernel, f"mem={MEMORY}", "rootfstype=hostfs", "rootflags=/", "ro", f"init={HERE / 'guest_init.sh'}", "con=null",
@@ -97,10 +104,11 @@ def boot(kernel, folder, programs, test):
                f"TUBED_OUT={folder}", f"TUBED_PROGRAMS={programs}", f"TUBED_TESTS={HERE.parent}", f"TUBED_TEST={','.join(test)}"]
     with open(folder / "console", "wb") as console:
         guest = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console, start_new_session=True,
-                                 preexec_fn=calm.die_with_parent)
+                                 preexec_fn=calm.die_with_parent,
+                                 env=dict(os.environ, LD_PRELOAD=preloaded(programs)))
         undertaker, keeps_waiting = leave_nothing_behind(guest.pid)
         try:
-            guest.wait(PATIENCE_S)
+            guest.wait(TIMEOUT_S)
             return True
         except subprocess.TimeoutExpired:
             return False
@@ -125,7 +133,7 @@ def attempt(kernel):
             print(f"(guest: {time.monotonic() - began:.1f} s)", flush=True)
             return int(code.read_text())
         if not in_time:
-            print(f"FAILED: the guest was not done after {PATIENCE_S:.0f} s; its console:\n{console[-4000:]}")
+            print(f"FAILED: the guest was not done after {TIMEOUT_S:.0f} s; its console:\n{console[-4000:]}")
             return 1
         if "as init process" not in console:
             skip(f"User-mode Linux does not boot here (ptrace forbidden?); its console:\n{console[-2000:]}")

@@ -1,105 +1,87 @@
-/* daemon/pipeline/triple_buffer.hpp as a Promela model, with weak memory made explicit.
+/* daemon/pipeline/triple_buffer.hpp under the C++ memory model of weak_memory.pml.
  *
- * A slot's content is two words that the writer sets to the same number. What the other thread sees of them is a copy
- * of its own (a view of memory); a release pushes the writer's pending words into the hand-over, an acquire pulls them
- * in. Without the release the words may arrive late, one by one, or never: exactly what a missing barrier allows.
+ * The contents of the three slots are plain objects; a slot's number is what the writer wrote there last.
+ * Claims: no access to a slot races with one of the other thread (so nothing is torn), the reader's numbers grow, and
+ * the last number reaches the reader.
+ * Negative controls; each takes one thing away that the code relies on, and the checker must then find a counterexample:
+ *   NO_PUBLISH_RELEASE  the content may become visible after the exchange in publish()
+ *   NO_FETCH_ACQUIRE    the reader may look at the content before its exchange in fetch()
+ *   NO_FETCH_RELEASE    the reader may still look at the old slot after its exchange
+ *   NO_PUBLISH_ACQUIRE  the writer may write into the slot it gets back before its exchange
+ *   NO_EXCHANGE         load and store instead of one exchange
  *
- * Claims: the reader never sees a torn slot (two different words), never a number older than one it has seen, and
- * writer and reader never own the same slot.
- * Negative controls: -DNO_RELEASE, -DNO_ACQUIRE and -DNO_EXCHANGE each remove one barrier; the checker must then find
- * a counterexample.
+ * MODELS daemon/pipeline/triple_buffer.hpp class TripleBuffer d22ec4e1ea40e756
  */
 #ifndef ROUNDS
 #define ROUNDS 4
 #endif
+#define THREADS 2
+#define OBJECTS 1
+#define PLAINS 3
+#define HISTORY (2 * ROUNDS + 2)
+#include "weak_memory.pml"
 
+#define WRITER 0
+#define READER 1
+#define MIDDLE 0
 #define FRESH 4
 #define INDEX(m) ((m) & 3)
 
-byte middle = 1;             /* the atomic word: index, plus FRESH */
-byte low[3], high[3];        /* memory as the reader can see it */
-byte pending_low[3], pending_high[3];   /* the writer's store buffer */
-byte view_low[3], view_high[3];         /* the reader's (possibly stale) copy */
-byte writer_owns = 0, reader_owns = 2;
-bool writing = false, reading = false;
-bool done = false;
+#if defined(NO_PUBLISH_RELEASE)
+#define PUBLISH_ORDER ACQUIRE
+#elif defined(NO_PUBLISH_ACQUIRE)
+#define PUBLISH_ORDER RELEASE
+#else
+#define PUBLISH_ORDER ACQ_REL
+#endif
+#if defined(NO_FETCH_RELEASE)
+#define FETCH_ORDER ACQUIRE
+#elif defined(NO_FETCH_ACQUIRE)
+#define FETCH_ORDER RELEASE
+#else
+#define FETCH_ORDER ACQ_REL
+#endif
 
-/* Words that no release has pushed yet may drain at any moment, in any order. */
-active proctype store_buffer() {
-  byte i;
+byte content[3];
+
+#ifdef NO_EXCHANGE
+#define EXCHANGE(thread, number, order, old) atomic_load(thread, MIDDLE, order, old); atomic_store(thread, MIDDLE, number, order)
+#else
+#define EXCHANGE(thread, number, order, old) atomic_exchange(thread, MIDDLE, number, order, old)
+#endif
+
+proctype writer() {
+  byte round = 1, back = 0, previous;
   do
-  :: done -> break
+  :: round > ROUNDS -> break
   :: else ->
+     plain_write(WRITER, back);
+     content[back] = round;
+     EXCHANGE(WRITER, back | FRESH, PUBLISH_ORDER, previous);
+     back = INDEX(previous);
+     round++
+  od
+}
+
+proctype reader() {
+  byte newest = 0, front = 2, previous;
+  do
+  :: newest == ROUNDS -> break
+  :: else ->
+     atomic_load(READER, MIDDLE, RELAXED, previous);
      if
-     :: i = 0 :: i = 1 :: i = 2
-     fi;
-     if
-     :: low[i] = pending_low[i]
-     :: high[i] = pending_high[i]
-     :: skip
+     :: (previous & FRESH) == 0
+     :: else ->
+        EXCHANGE(READER, front, FETCH_ORDER, previous);
+        front = INDEX(previous);
+        plain_read(READER, front);
+        assert(content[front] > newest);
+        newest = content[front];
+        plain_read(READER, front)   /* front() may be read until the next fetch() */
      fi
   od
 }
 
-active proctype writer() {
-  byte round = 1, previous;
-  do
-  :: round > ROUNDS -> break
-  :: else ->
-     writing = true;
-     assert(!(reading && reader_owns == writer_owns));
-     pending_low[writer_owns] = round;
-     pending_high[writer_owns] = round;
-     writing = false;
-#ifdef NO_EXCHANGE
-     /* load and store instead of one exchange */
-     previous = middle;
-#ifndef NO_RELEASE
-     d_step { low[writer_owns] = pending_low[writer_owns]; high[writer_owns] = pending_high[writer_owns]; }
-#endif
-     middle = writer_owns | FRESH;
-#else
-     d_step {
-       previous = middle;
-#ifndef NO_RELEASE
-       low[writer_owns] = pending_low[writer_owns]; high[writer_owns] = pending_high[writer_owns];
-#endif
-       middle = writer_owns | FRESH
-     }
-#endif
-     writer_owns = INDEX(previous);
-     round++
-  od;
-  done = true
-}
-
-active proctype reader() {
-  byte newest = 0, a, b, previous;
-  do
-  :: done && (middle & FRESH) == 0 -> break
-  :: (middle & FRESH) != 0 ->
-#ifdef NO_EXCHANGE
-     previous = middle;
-     middle = reader_owns;
-#else
-     d_step { previous = middle; middle = reader_owns }
-#endif
-     reader_owns = INDEX(previous);
-     reading = true;
-     assert(!(writing && reader_owns == writer_owns));
-#ifdef NO_ACQUIRE
-     /* each word may come from a stale copy */
-     if :: view_low[reader_owns] = low[reader_owns] :: skip fi;
-     if :: view_high[reader_owns] = high[reader_owns] :: skip fi;
-#else
-     d_step { view_low[reader_owns] = low[reader_owns]; view_high[reader_owns] = high[reader_owns] }
-#endif
-     a = view_low[reader_owns];
-     b = view_high[reader_owns];
-     assert(a == b);
-     assert(a > newest);
-     newest = a;
-     reading = false
-  od;
-  assert(newest == ROUNDS)
+init {
+  atomic { value[MIDDLE] = 1; run writer(); run reader() }
 }

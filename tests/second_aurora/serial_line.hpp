@@ -1,4 +1,4 @@
-// The bytes on the wire between host and device: each takes ten bits at its rate, and who listens at another
+// The bytes on the wire between host and device: each takes ten bits at its rate, and a receiver at another
 // rate hears noise.
 // Used by SecondAurora only, in its thread.
 #pragma once

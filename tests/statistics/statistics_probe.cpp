@@ -3,7 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "clients/tubectl/statistics.hpp"
+#include "clients/evaluation/statistics.hpp"
 
 namespace {
 

@@ -14,13 +14,13 @@ import threading
 import time
 
 import bed as beds
-from bed import check, is_valid, milliseconds, need_real_time, reasons_of, say
+from bed import age_when_made_ns, check, is_valid, milliseconds, need_real_time, reasons_of, say
 
 REPETITIONS = int(os.environ.get("TUBED_REPETITIONS", "2"))
 FLAGGED_WITHIN_MS = 100
 VALID_WITHIN_S = 1.0  # of the tracker's being ready
 
-# What the emulated tracker itself needs, as recorded with real ones (drivers/simulation/aurora_emulator).
+# What the emulated tracker itself needs, as recorded with real ones (drivers/laboratory/aurora_emulator).
 RESET_S, INIT_S, PINIT_S, START_S, STOP_S = 1.3, 0.05, 0.14, 1.4, 0.34
 PLUGS = 3
 FROM_POWER_ON_S = RESET_S + INIT_S + PLUGS * PINIT_S + START_S
@@ -167,7 +167,7 @@ class Room:
         """Counts them, and no measurement older than 100 ms at its sample's instant without a word."""
         samples = [s for s in self.subscriber.samples(since_ns) if s["received_monotonic_ns"] <= until_ns]
         for sample in samples:
-            age_ns = sample["em_age_ns"] - (sample["image_age_ns"] if sample["is_image_instant"] else 0)
+            age_ns = sample["em_age_ns"] if sample["is_image_instant"] else age_when_made_ns(sample, "em_age_ns")
             check("EM_STALE" in reasons_of(sample) or milliseconds(age_ns) <= FLAGGED_WITHIN_MS,
                   f"a measurement {milliseconds(age_ns):.1f} ms old, reasons {sample['reason_names']}")
             check("EM_STALE" not in reasons_of(sample) or not is_valid(sample), "EM_STALE and yet VALID")

@@ -5,6 +5,7 @@ in which nobody else exists: a loopback interface, a private /dev/shm, /tmp and 
 """
 import collections
 import contextlib
+import fcntl
 import functools
 import json
 import os
@@ -140,6 +141,8 @@ class Subscriber:
         with open(errors, "ab") as sink:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=sink, stdin=subprocess.DEVNULL,
                                             preexec_fn=calm.die_with_parent)
+        # A line has 40 kB: a test that is busy, or that others keep from the processor, does not hold the subscriber up.
+        fcntl.fcntl(self.process.stdout, fcntl.F_SETPIPE_SZ, 1 << 20)
         self._lines = []
         self._changed = threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -212,6 +215,12 @@ def is_valid(sample):
 
 def is_fused(sample):
     return is_valid(sample) and sample["has_image"]
+
+
+def age_when_made_ns(sample, of):
+    """Of the newest measurement (`of` = "em_age_ns" or "image_age_ns") when the optimizer began; -1: never one."""
+    since_valid_ns = sample["stamps"]["optimizer_started_monotonic_ns"] - sample["valid_time_monotonic_ns"]
+    return -1 if sample[of] == -1 else since_valid_ns + sample[of]
 
 
 def rate_hz(samples):

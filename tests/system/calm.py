@@ -17,7 +17,7 @@ ATTEMPTS = 3
 # 0.02, with twelve 0.13, and a group of processes that may use a third of one core 0.4.
 TAKEN_AWAY = 0.05
 CALM_FOR_S = 3
-PATIENCE_S = 60
+TIMEOUT_S = 60
 
 PAUSE_S = 0.02
 USUALLY_LATE_S = 0.0002
@@ -69,7 +69,7 @@ class Witness:
 
 
 def wait_until_calm():
-    until = time.monotonic() + PATIENCE_S
+    until = time.monotonic() + TIMEOUT_S
     while watch_for(CALM_FOR_S).share > TAKEN_AWAY and time.monotonic() < until:
         pass
 

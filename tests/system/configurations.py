@@ -9,7 +9,6 @@ from bed import check, is_fused, need_real_time, say
 EXIT_CONFIGURATION = 78  # sysexits.h: EX_CONFIG
 SOURCES = pathlib.Path(__file__).resolve().parents[2]
 CASES = SOURCES / "tests" / "daemon" / "config"
-SAMPLE = SOURCES / "systemd" / "tubed.toml"
 
 
 def tubed(bed, *arguments):
@@ -44,13 +43,27 @@ def a_hundred_bad_configurations_end_with_78_and_their_place(bed):
     check(not wrong, "\n".join(wrong))
 
 
+def a_mirrored_registration_is_refused(bed):
+    """A reflection has the size of a rotation and shows left as right: of the tracker as well as of a camera."""
+    good = (CASES / "base.toml").read_text()
+    for key, place, matrix in (("em.T_world_em", "22:14", "T_world_em = [[1, 0, 0, 0]"),
+                               ("camera[0].T_camera_world", "33:18", "T_camera_world = [[1, 0, 0, 0]")):
+        check(matrix in good, f"base.toml has no {matrix}")
+        file = bed.write("mirrored.toml", good.replace(matrix, matrix.replace("[[1,", "[[-1,"), 1))
+        done = tubed(bed, "--check", file)
+        said = f"{file}:{place}: {key}: "
+        check(done.returncode == EXIT_CONFIGURATION and said in done.stderr and "reflection" in done.stderr,
+              f"expected exit code {EXIT_CONFIGURATION} and '{said}... reflection', got {done.returncode} and:\n{done.stderr}")
+
+
 def the_sample_configuration_runs_as_it_is(bed):
-    checked = tubed(bed, "--check", SAMPLE)
-    check(checked.returncode == 0, f"tubed --check {SAMPLE} exits {checked.returncode}: {checked.stderr}")
-    check(tubed(bed, "--sample").stdout == SAMPLE.read_text(), "tubed --sample prints another one")
+    sample = pathlib.Path(bed.program("tubed")).parents[1] / "tubed.toml"  # the build writes it beside the programs' folder
+    checked = tubed(bed, "--check", sample)
+    check(checked.returncode == 0, f"tubed --check {sample} exits {checked.returncode}: {checked.stderr}")
+    check(tubed(bed, "--sample").stdout == sample.read_text(), "tubed --sample prints another one")
     need_real_time()  # its images are of full size, too much for a sanitized filter
     subscriber = bed.subscribe()
-    bed.start_daemon(SAMPLE.read_text())
+    bed.start_daemon(sample.read_text())
     subscriber.wait_for(is_fused, "VALID shape with an image", 10)
 
 
@@ -71,5 +84,5 @@ def two_rooms_in_one_network_do_not_hear_each_other(bed):
 
 
 if __name__ == "__main__":
-    beds.main(a_hundred_bad_configurations_end_with_78_and_their_place, the_sample_configuration_runs_as_it_is,
+    beds.main(a_hundred_bad_configurations_end_with_78_and_their_place, a_mirrored_registration_is_refused, the_sample_configuration_runs_as_it_is,
               two_rooms_in_one_network_do_not_hear_each_other)

@@ -6,7 +6,7 @@ import pathlib
 import bed as beds
 from bed import check, is_valid, need_real_time, say
 
-HOT = ("em", "grab-A", "frangi-A", "optimizer")
+HOT = ("em", "grab-A", "view-A", "frangi-A", "optimizer")
 
 
 def helpers_of_demonstrations():

@@ -12,18 +12,22 @@ import subprocess
 import time
 
 import bed as beds
-from bed import Skip, check, check_timing, is_fused, is_valid, longest_gap_ms, milliseconds, rate_hz, say
+from bed import Skip, age_when_made_ns, check, check_timing, is_fused, is_valid, longest_gap_ms, milliseconds, rate_hz, say
 
 PACKETS = int(os.environ.get("TUBED_PACKETS", "50000"))
 RATE_HZ = (29.5, 30.5)
 GROWTH_MB = 16  # what Cyclone may keep of participants that are gone but not yet given up (their lease is 10 s), and allocators
 
 
-def resident_mb(daemon):
-    for line in open(f"/proc/{daemon.process.pid}/status", encoding="ascii"):
-        if line.startswith("VmRSS:"):
+def memory_mb(program, field):
+    for line in open(f"/proc/{program.process.pid}/status", encoding="ascii"):
+        if line.startswith(field + ":"):
             return int(line.split()[1]) / 1024
-    raise beds.Failure("no VmRSS")
+    raise beds.Failure(f"no {field}")
+
+
+def resident_mb(program):
+    return memory_mb(program, "VmRSS")
 
 
 def descriptor_count(daemon):
@@ -153,6 +157,54 @@ def damaged(payload, dice):
     return bytes(octets[:65000])
 
 
+def flood(packets, name, program):
+    """Sends damaged ones of these packets to where they went, while `program` has to live on."""
+    dice = random.Random(1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        refused = 0
+        for count in range(PACKETS):
+            destination, payload = dice.choice(packets.seen)
+            try:
+                sender.sendto(damaged(payload, dice), destination)
+            except OSError:  # nobody is at that port any more
+                refused += 1
+            if count % 1000 == 0:
+                check(program.process.poll() is None, f"{name} ended with {program.process.poll()} after {count} packets")
+    say(f"{PACKETS} damaged packets of {len(packets.seen)} kinds sent, {refused} of them to nobody")
+    check(program.process.poll() is None, f"{name} ended with {program.process.poll()}")
+
+
+def damaged_packets_do_a_subscriber_no_harm(bed):
+    """A subscriber that is there all the while lives on, its memory is bounded, and it never shows an old shape as current: it
+    has shapes, or has said that it has none (a damaged packet under the daemon's own number can make DDS deaf), and has them again."""
+    if os.geteuid() != 0:
+        raise Skip("a raw socket needs root")
+    bed.start_daemon()
+    subscriber = bed.subscribe()
+    packets = Packets(4)
+    subscriber.wait_for(is_valid, "VALID shape", 10)
+    check(len(packets.seen) > 50, f"only {len(packets.seen)} packets went over lo")
+    before_mb = resident_mb(subscriber)
+    flood(packets, "the subscriber", subscriber)
+    from_ns = time.monotonic_ns()
+    time.sleep(2)
+    shapes, events = subscriber.samples(from_ns), {line.json["event"] for line in subscriber.events()}
+    say(f"{len(shapes)} shapes in the 2 s afterwards; events meanwhile: {sorted(events)}")
+    check(shapes or events & {"liveliness lost", "writer gone"}, "the subscriber is deaf and does not say so")
+    numbers = [sample["sequence_number"] for sample in shapes]
+    check(numbers == sorted(set(numbers)), "a shape was delivered twice or out of order")
+    time.sleep(11)  # Cyclone's lease of participants that never were
+    shapes = subscriber.samples(time.monotonic_ns() - 2_000_000_000)
+    say(f"{len(shapes)} shapes in 2 s after 13 s")
+    check(shapes, "the subscriber has become deaf")
+    after_mb, peak_mb = resident_mb(subscriber), memory_mb(subscriber, "VmHWM")
+    say(f"resident {before_mb:.1f} MB before, {after_mb:.1f} after, {peak_mb:.1f} at most")
+    check_timing(peak_mb - before_mb < 2 * GROWTH_MB, f"{peak_mb - before_mb:.1f} MB more than before during the flood")
+    late = bed.subscribe()
+    late.wait_for(is_valid, "VALID shape of a subscriber that came afterwards", 20)
+
+
 def damaged_packets_do_no_harm(bed):
     """Publishing goes on beside a flood of spoilt packets, nothing grows, and who comes afterwards is served."""
     if os.geteuid() != 0:
@@ -165,20 +217,7 @@ def damaged_packets_do_no_harm(bed):
     subscriber.stop()
     check(len(packets.seen) > 50, f"only {len(packets.seen)} packets went over lo")
     before_mb = resident_mb(daemon)
-    dice = random.Random(1)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
-        refused = 0
-        for count in range(PACKETS):
-            destination, payload = dice.choice(packets.seen)
-            try:
-                sender.sendto(damaged(payload, dice), destination)
-            except OSError:  # nobody is at that port any more
-                refused += 1
-            if count % 1000 == 0:
-                check(daemon.process.poll() is None, f"the daemon ended with {daemon.process.poll()} after {count} packets")
-    say(f"{PACKETS} damaged packets of {len(packets.seen)} kinds sent, {refused} of them to nobody")
-    check(daemon.process.poll() is None, f"the daemon ended with {daemon.process.poll()}")
+    flood(packets, "the daemon", daemon)
     late = bed.subscribe()
     after = late.wait_for(is_valid, "VALID shape of a subscriber that came afterwards", 20).json
     check(after["daemon_start"] == before["daemon_start"], "the daemon was restarted")
@@ -216,7 +255,7 @@ def a_wall_clock_that_jumps_an_hour_changes_nothing(bed):
         samples = subscriber.samples(from_ns)[3:]
         seen_hours = (samples[-1]["publish_time_ns"] - time.time_ns()) / 3.6e12
         check(abs(seen_hours - hours) < 0.01, f"the clock of the daemon did not jump: {seen_hours:.3f} h")
-        ages_ms = [milliseconds(sample["em_age_ns"]) for sample in samples]
+        ages_ms = [milliseconds(age_when_made_ns(sample, "em_age_ns")) for sample in samples]
         check_timing(0 <= min(ages_ms) and max(ages_ms) < 100, f"ages of the coils {min(ages_ms):.0f} to {max(ages_ms):.0f} ms")
         check_timing(sum(is_valid(sample) for sample in samples) >= 0.95 * len(samples), f"not VALID: {samples[-1]['reasons']}")
     check(samples[-1]["daemon_start"] == first["daemon_start"], "a jump looks like a restart")
@@ -240,5 +279,5 @@ def a_log_that_cannot_be_written_stops_nothing(bed):
 
 if __name__ == "__main__":
     beds.main(stopped_and_killed_subscribers_cost_the_others_nothing, a_hundred_subscribers_come_and_go_and_leave_nothing,
-              damaged_packets_do_no_harm, a_wall_clock_that_jumps_an_hour_changes_nothing,
+              damaged_packets_do_no_harm, damaged_packets_do_a_subscriber_no_harm, a_wall_clock_that_jumps_an_hour_changes_nothing,
               a_log_that_cannot_be_written_stops_nothing)

@@ -1,26 +1,36 @@
 """What the hot threads of a running daemon must not do: allocate, lock, throw."""
+import signal
 import time
 
 import bed as beds
 from bed import Skip, check, say
 
-HOT = ("em", "grab-A", "frangi-A", "optimizer")
+HOT = ("em", "grab-A", "view-A", "frangi-A", "optimizer")
 COUNTED_S = 10
 
 
 def stages_of(health):
-    return {stage["name"]: stage for stage in health["stages"]}
+    """Those that are threads: idl/README.md."""
+    return {stage["name"]: stage for stage in health["stages"] if stage["name"] not in ("dds", "shm-door")}
+
+
+def check_no_costs(before, after, meanwhile):
+    for name in HOT:
+        costs = {what: after[name][what] - before[name][what] for what in ("allocations", "locks", "exceptions")}
+        say(f"{name:10} {costs}")
+        check(not any(costs.values()), f"{name} while {meanwhile}: {costs}")
 
 
 def hot_threads_neither_allocate_nor_lock_nor_throw(bed):
     health = bed.subscribe("--topic", "health", "--instrument", "cath-1")
-    bed.tracked(bed.simulation((beds.Instrument("cath-1", 1), beds.Instrument("cath-2", 6))))
+    bed.tracked(bed.simulation((beds.Instrument("cath-1", 1), beds.Instrument("cath-2", 6)),
+                               head=f'[shm]\npreview_folder = "{bed.folder}"\n'))  # the Frangi thread copies images for viewers
     time.sleep(2)  # start-up: first images, first shapes
     from_ns = time.monotonic_ns()
     first = health.wait_for(lambda _: True, "TubeHealth", 3, from_ns)
     last = health.wait_for(lambda _: True, "TubeHealth", COUNTED_S + 3, first.read_ns + int(COUNTED_S * 1e9))
     before, after = stages_of(first.json), stages_of(last.json)
-    check(set(after) == {*HOT, "publisher"}, f"stages {sorted(after)}")
+    check(set(after) == {*HOT, "publisher", "preview"}, f"stages {sorted(after)}")
     if not all(stage["allocations_counted"] for stage in after.values()):
         if beds.TIME_FACTOR > 1:
             raise Skip("a sanitizer owns the functions that are counted here; run it in a build without one")
@@ -36,6 +46,25 @@ def hot_threads_neither_allocate_nor_lock_nor_throw(bed):
     # The same counters do count: publishing allocates and locks in Cyclone.
     for what in ("allocations", "locks"):
         check(grown["publisher"][what] > 0, f"the publisher's {what} are 0: nothing is counted")
+
+
+def hot_threads_stay_clean_while_a_view_moves(bed):
+    """Each image has a geometry of its own, to a degree and a millimetre; the configuration's is changed by a reload meanwhile."""
+    health = bed.subscribe("--topic", "health")
+    text = bed.simulation(simulation="swing_deg = 40\nswing_every_s = 6\nswing_deg_s = 20")
+    daemon, _ = bed.tracked(text)
+    time.sleep(2)
+    first = health.wait_for(lambda _: True, "TubeHealth", 3, time.monotonic_ns())
+    for depth_mm in (1201, 1200):
+        bed.write("tubed-1.toml", text.replace("[0,0,1,1200]", f"[0,0,1,{depth_mm}]"))
+        daemon.signal(signal.SIGHUP)
+        time.sleep(2)
+    last = health.wait_for(lambda _: True, "TubeHealth", 3, time.monotonic_ns())
+    before, after = stages_of(first.json), stages_of(last.json)
+    if not after["em"]["allocations_counted"]:
+        check(beds.TIME_FACTOR > 1, "costs are not counted")
+        raise Skip("a sanitizer owns the functions that are counted here; run it in a build without one")
+    check_no_costs(before, after, "the view moved")
 
 
 def hot_threads_stay_clean_when_sources_fail(bed):
@@ -55,11 +84,9 @@ def hot_threads_stay_clean_when_sources_fail(bed):
     if not after["em"]["allocations_counted"]:
         check(beds.TIME_FACTOR > 1, "costs are not counted")
         raise Skip("a sanitizer owns the functions that are counted here; run it in a build without one")
-    for name in HOT:
-        costs = {what: after[name][what] - before[name][what] for what in ("allocations", "locks", "exceptions")}
-        say(f"{name:10} {costs}")
-        check(not any(costs.values()), f"{name} while sources failed: {costs}")
+    check_no_costs(before, after, "sources failed")
 
 
 if __name__ == "__main__":
-    beds.main(hot_threads_neither_allocate_nor_lock_nor_throw, hot_threads_stay_clean_when_sources_fail)
+    beds.main(hot_threads_neither_allocate_nor_lock_nor_throw, hot_threads_stay_clean_when_sources_fail,
+              hot_threads_stay_clean_while_a_view_moves)

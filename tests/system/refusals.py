@@ -1,4 +1,5 @@
 """What the daemon refuses, and how it says so."""
+import os
 import pathlib
 import re
 import subprocess
@@ -88,7 +89,35 @@ def a_missing_configuration_is_an_error(bed):
     check("/nowhere/tubed.toml" in done.stderr, f"the message does not name the file: {done.stderr}")
 
 
+def what_this_machine_does_not_have_is_found_by_the_check(bed):
+    cases = {'group = "nosuchgroup"': ("shm.group", "no group 'nosuchgroup'"),
+             f'estimates_socket = "{bed.folder}/nosuch/e.sock"': ("shm.estimates_socket", "No such file or directory"),
+             f'estimates_socket = "{bed.folder}/tubed.toml/e.sock"': ("shm.estimates_socket", "is no folder"),
+             f'estimates_socket = "{"e" * 100}"': ("shm.estimates_socket", "at most 107 bytes")}
+    for line, (key, words) in cases.items():
+        head = "" if "socket" in line else 'estimates_socket = "e.sock"\n'
+        file = bed.write("tubed.toml", f"[shm]\n{head}{line}\n" + bed.simulation())
+        place = f"{file}:{3 if head else 2}:"
+        for option in ("--check", "--config"):
+            done = subprocess.run([bed.program("tubed"), option, str(file)], capture_output=True, text=True, check=False, timeout=20)
+            check(done.returncode == EXIT_CONFIGURATION, f"{option}, {line}: exit code {done.returncode}: {done.stderr}")
+            check(place in done.stderr and key in done.stderr and words in done.stderr, f"{option}, {line}: {done.stderr}")
+    if os.geteuid() == 0:  # who may write everywhere
+        os.chmod(bed.folder, 0o755)
+        file = bed.write("tubed.toml", '[shm]\nestimates_socket = "e.sock"\n' + bed.simulation())
+        done = subprocess.run(["setpriv", "--reuid=65534", "--clear-groups", bed.program("tubed"), "--check", str(file)], capture_output=True,
+                              text=True, check=False, timeout=20)
+        check(done.returncode == EXIT_CONFIGURATION and f"{file}:2:" in done.stderr and "cannot be written by user 'nobody'" in done.stderr,
+              f"as nobody: {done.returncode}, {done.stderr}")
+    grabbed = bed.simulation().replace('1200],[0,0,0,1]]\ndriver = "simulation"', '1200],[0,0,0,1]]\ndriver = "image_shm"')
+    file = bed.write("tubed.toml", grabbed + '[image_shm]\nuser = "nosuchuser"\n')
+    done = subprocess.run([bed.program("tubed"), "--check", str(file)], capture_output=True, text=True, check=False, timeout=20)
+    check(done.returncode == EXIT_CONFIGURATION and "image_shm.user: this system has no user 'nosuchuser'" in done.stderr, done.stderr)
+    say(done.stderr.strip())
+
+
 if __name__ == "__main__":
     beds.main(refused_real_time_scheduling_is_an_error_when_required,
               refused_real_time_scheduling_is_a_warning_when_optional, granted_real_time_scheduling_is_used,
-              an_unknown_network_interface_is_an_error, a_missing_configuration_is_an_error)
+              an_unknown_network_interface_is_an_error, a_missing_configuration_is_an_error,
+              what_this_machine_does_not_have_is_found_by_the_check)

@@ -5,7 +5,7 @@ import subprocess
 import time
 
 import bed as beds
-from bed import Skip, check, check_timing, is_fused, rate_hz, say
+from bed import Skip, check, check_timing, is_fused, rate_hz, reasons_of, say
 
 DAEMON, SUBSCRIBER = "10.77.0.1", "10.77.0.2"
 LISTENING_S = 20
@@ -102,6 +102,27 @@ def nothing_leaves_the_host_by_default(bed):
     check(not far.lines(), "a second host heard a daemon that is bound to lo")
 
 
+def a_clock_without_reference_is_told_where_other_hosts_listen(bed):
+    """CLOCK_UNSYNCED follows what the kernel says, and leaves the validity alone; on lo nobody needs it."""
+    answer = bed.write("kernel-clock", "free")
+    prefix = ("env", f"LD_PRELOAD={bed.programs / 'libkernel_clock.so'}", f"KERNEL_CLOCK={answer}")
+    near = bed.subscribe()
+    alone = bed.start_daemon(prefix=prefix)
+    sample = near.wait_for(is_fused, "VALID shape with an image on lo", 15).json
+    check("CLOCK_UNSYNCED" not in reasons_of(sample), f"nobody compares clocks on lo: {sample['reason_names']}")
+    bed.end_daemons()
+    host = SecondHost(bed)
+    bed.start_daemon(bed.simulation(interface=DAEMON), prefix=prefix)
+    far = bed.subscribe("--interface", SUBSCRIBER, prefix=host.inside)
+    for word, is_flagged in (("free", True), ("followed", False), ("refused", True), ("followed", False)):
+        answer.write_text(word)
+        from_ns = time.monotonic_ns()
+        sample = far.wait_for(
+            lambda sample, flagged=is_flagged: is_fused(sample) and ("CLOCK_UNSYNCED" in reasons_of(sample)) == flagged,
+            f"VALID shape while the clock is {word}", 15, since_ns=from_ns).json
+        say(f"{word}: {sample['validity_name']} {sample['reason_names']}")
+
+
 if __name__ == "__main__":
     beds.main(a_second_host_gets_30_hz, a_second_host_that_loses_5_percent_of_packets_gets_98_percent_of_shapes,
-              nothing_leaves_the_host_by_default)
+              nothing_leaves_the_host_by_default, a_clock_without_reference_is_told_where_other_hosts_listen)

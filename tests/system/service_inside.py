@@ -73,6 +73,7 @@ def the_package_starts_nothing_by_itself():
     expect(shown("ActiveState") == "inactive", f"the unit is {shown('ActiveState')} after installation")
     expect(command("id", "-un", "tubed").stdout.strip() == "tubed", "no user tubed")
     expect("dialout" in command("id", "-Gn", "tubed").stdout.split(), "user tubed may not open serial adapters")
+    expect("video" in command("id", "-Gn", "tubed").stdout.split(), "user tubed may not open capture cards")
 
 
 def it_is_ready_when_it_publishes():
@@ -113,7 +114,7 @@ def its_memory_is_locked():
     pages = pathlib.Path(f"/proc/{main_pid()}/smaps_rollup").read_text()
     locked_kb, share_kb, resident_kb = (int(re.search(rf"\n{name}:\s+(\d+) kB", pages)[1]) for name in ("Locked", "Pss", "Rss"))
     expect(locked_kb >= 0.99 * share_kb, f"{locked_kb} kB of {share_kb} kB are locked")
-    expect(resident_kb < 100 * 1024, f"{resident_kb} kB are resident")
+    expect(resident_kb < 140 * 1024, f"{resident_kb} kB are resident")
     before = faults()
     time.sleep(3)
     new = faults() - before
@@ -337,6 +338,31 @@ def a_wrong_command_line_of_the_gateway_is_not_tried_again():
     expect("a base is a multiple of 0x80" in journal(since, unit), journal(since, unit))
 
 
+def a_tracker_behind_can_is_told_which_drop_in_lets_it_in():
+    """Of log and doctor; whether this kernel has CAN at all is another matter (tests/kernel)."""
+    unit, configuration = "tubed@bus.service", "/etc/tubed/bus.toml"
+
+    def sandbox():
+        findings = json.loads(command("tubectl", "doctor", "--json", "-c", configuration).stdout)
+        return next(one for one in findings if one["check"] == "tracker sandbox")
+
+    pathlib.Path(configuration).write_text(
+        '[dds]\nnetwork_interface = "lo"\npartition = "bus"\n[em]\ndriver = "aurora-can"\ndevice = "can0"\n'
+        'T_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n[[instrument]]\nid = "cath-7"\nmode = "em"\nlength_mm = 100.0\n'
+        '[[instrument.coil]]\nsensor = 1\noffset_from_tip_mm = 10.0\n[[instrument.coil]]\nsensor = 2\noffset_from_tip_mm = 90.0\n')
+    since = time.time()
+    started = command("systemctl", "start", unit)
+    expect(started.returncode == 0, f"start: {started.stderr} {journal(since, unit)}")
+    wait_until(lambda: "/usr/share/tubed/can.conf" in journal(since, unit), "told of the drop-in, the journal", 5)
+    expect("AF_CAN" not in shown("RestrictAddressFamilies", unit).split(), "CAN is let in already")
+    expect(sandbox()["verdict"] == "WRONG" and "/usr/share/tubed/can.conf" in sandbox()["advice"], str(sandbox()))
+    command("install", "-D", "-m", "644", "/usr/share/tubed/can.conf", "/etc/systemd/system/tubed@.service.d/can.conf")
+    command("systemctl", "daemon-reload")
+    expect("AF_CAN" in shown("RestrictAddressFamilies", unit).split(), shown("RestrictAddressFamilies", unit))
+    expect(sandbox()["verdict"] == "good", str(sandbox()))
+    command("systemctl", "stop", unit)
+
+
 def a_killed_daemon_is_valid_again_within_3_s():
     return comes_back(signal.SIGKILL, 3)
 
@@ -351,6 +377,16 @@ def a_second_room_runs_beside_the_first():
     expect(answer.returncode == 0, "nothing from the second room")
     command("systemctl", "stop", "tubed@left.service")
     expect(shown("ActiveState") == "active", "the first room ended with the second")
+
+
+def the_viewer_serves_its_page():
+    command("systemctl", "start", "tubed-view.service")
+    time.sleep(1)
+    with urllib.request.urlopen("http://127.0.0.1:8080/", timeout=5) as answer:
+        text = answer.read().decode()
+    state = shown("ActiveState", "tubed-view.service")
+    command("systemctl", "stop", "tubed-view.service")
+    expect("<title>tubed</title>" in text and state == "active", f"{state}: {text[:300]}")
 
 
 def the_exporter_says_in_prometheus_text_what_the_daemon_reports():
@@ -372,6 +408,27 @@ def the_exporter_says_in_prometheus_text_what_the_daemon_reports():
     return f"{len(samples)} samples; promtool has nothing to say"
 
 
+def what_cannot_start_is_tried_ever_more_slowly_and_for_ever():
+    command("systemctl", "stop", UNIT)
+    kept, since = CONFIGURATION.read_text(), time.time()
+    change("network_interface", '"nosuch0"')
+    before = int(shown("NRestarts") or 0)
+    command("systemctl", "start", "--no-block", UNIT)
+    time.sleep(12)
+    restarts = int(shown("NRestarts")) - before
+    said = journal(since)
+    CONFIGURATION.write_text(kept)
+    expect(shown("ActiveState") == "activating", f"it is {shown('ActiveState')}: given up")
+    expect(shown("ExecMainStatus") in ("69", "0"), f"exit {shown('ExecMainStatus')}")
+    expect(4 <= restarts <= 12, f"{restarts} restarts in 12 s: {said}")  # 50 with RestartSec= alone
+    expect("waiting 200 ms" in said and "waiting 2000 ms" in said, f"the waiting is not told: {said}")
+    lines = [line for line in said.splitlines() if "cannot start" in line]
+    expect(len(lines) <= restarts + 1 and all("nosuch0" in line for line in lines), f"more than one line a start: {lines}")
+    ready_s = wait_until(lambda: shown("ActiveState") == "active", "active, the service that can start again", 6)
+    expect(not pathlib.Path("/run/tubed/failed-starts").exists(), "a start that succeeded is counted as failed")
+    return f"{restarts} restarts in 12 s; active {ready_s:.1f} s after it could be"
+
+
 def a_wrong_configuration_is_one_clear_line_and_no_restart():
     command("systemctl", "stop", UNIT)
     command("systemctl", "reset-failed", UNIT)
@@ -388,15 +445,61 @@ def a_wrong_configuration_is_one_clear_line_and_no_restart():
     return lines[0]
 
 
+def exporter_with_keys(keys):
+    """Its user exists only while it runs: systemd hands it the files."""
+    drop_in = pathlib.Path("/etc/systemd/system/tubed-exporter.service.d/keys.conf")
+    drop_in.parent.mkdir()
+    files = "".join(f"LoadCredential={file.name}:{file}\n" for file in sorted(pathlib.Path(keys).iterdir()))
+    drop_in.write_text("[Service]\nExecStart=\nExecStart=/usr/bin/tubed-exporter --listen 127.0.0.1:9756 "
+                       f"--security ${{CREDENTIALS_DIRECTORY}}\n{files}")
+    command("systemctl", "daemon-reload")
+    command("systemctl", "start", "tubed-exporter.service")
+    time.sleep(3.5)  # the handshake, two reports
+    try:
+        with urllib.request.urlopen("http://127.0.0.1:9756/metrics", timeout=5) as answer:
+            return answer.read().decode()
+    finally:
+        command("systemctl", "stop", "tubed-exporter.service")
+        shutil.rmtree(drop_in.parent)
+        command("systemctl", "daemon-reload")
+
+
+def with_keys_it_runs_in_the_same_sandbox():
+    """Made and copied as README.md says, to where only root and the service may read."""
+    room, kept = "/root/or-3", CONFIGURATION.read_text()
+    made = command("tubectl", "keys", "make-room", room)
+    expect(made.returncode == 0, f"make-room: {made.stderr}")
+    command("tubectl", "keys", "add", room, "subscriber", "exporter")
+    command("install", "-d", "-m", "0750", "-g", "tubed", "/etc/tubed/keys")
+    command("sh", "-c", f"install -m 0640 -g tubed {room}/daemon/* /etc/tubed/keys/")
+    change("security", '"/etc/tubed/keys"')
+    restarted = command("systemctl", "restart", UNIT)
+    try:
+        expect(restarted.returncode == 0, f"restart: {restarted.stderr} {journal(time.time() - 30)}")
+        wait_until(lambda: "VALID" in command("tubectl", "echo", "--json", "--count", "1", "--seconds", "2", "--security",
+                                              f"{room}/subscriber").stdout, "valid with keys", 15)
+        expect(command("tubectl", "echo", "--count", "1", "--seconds", "2").returncode != 0, "who has no keys hears it")
+        doctor = command("tubectl", "doctor").stdout
+        expect("security: DDS Security is on: daemon (daemon) of tubed, /etc/tubed/keys, valid until" in doctor, doctor)
+        metrics = exporter_with_keys(f"{room}/exporter")
+        expect('tubed_up{instrument="cath-1"} 1' in metrics, f"the exporter with keys: {metrics[:300]} "
+               + journal(time.time() - 20, "tubed-exporter.service"))
+    finally:
+        CONFIGURATION.write_text(kept)
+        command("systemctl", "restart", UNIT)
+    return "daemon, tubectl and exporter"
+
+
 CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a_subscriber_gets_valid_shapes_at_30_hz,
           its_threads_have_their_priorities, its_memory_is_locked, it_has_no_rights_it_does_not_need, its_network_is_this_host,
           a_good_reload_changes_the_log_level_and_nothing_else, a_bad_reload_keeps_what_runs_and_says_so,
           a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
           a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
           the_journal_has_fields_beside_the_words, an_aurora_unplugged_and_back_needs_no_restart,
-          one_gateway_at_a_time_has_the_serial_port, a_wrong_command_line_of_the_gateway_is_not_tried_again,
-          the_exporter_says_in_prometheus_text_what_the_daemon_reports,
-          a_wrong_configuration_is_one_clear_line_and_no_restart)
+          a_tracker_behind_can_is_told_which_drop_in_lets_it_in, one_gateway_at_a_time_has_the_serial_port, a_wrong_command_line_of_the_gateway_is_not_tried_again,
+          the_viewer_serves_its_page, the_exporter_says_in_prometheus_text_what_the_daemon_reports,
+          what_cannot_start_is_tried_ever_more_slowly_and_for_ever,
+          with_keys_it_runs_in_the_same_sandbox, a_wrong_configuration_is_one_clear_line_and_no_restart)
 
 
 CAPABILITIES = "0" * 16

@@ -46,7 +46,7 @@ def a_late_subscriber_learns_what_is_tracked(bed):
     check(identity["cameras"][0]["focal_length_px"] == [focal_length_px] * 2, f"cameras {identity['cameras']}")
     status = bed.subscribe("--topic", "status").wait_for(lambda _: True, "TubeStatus", 5).json
     names = [stage["name"] for stage in status["stages"]]
-    check(names == ["em", "grab-A", "frangi-A", "optimizer", "publisher"], f"stages {names}")
+    check(names == ["em", "grab-A", "view-A", "frangi-A", "optimizer", "publisher"], f"stages {names}")
 
 
 def two_subscribers_get_the_same_numbers_at_30_hz(bed):

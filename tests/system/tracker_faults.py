@@ -2,7 +2,7 @@
 import time
 
 import bed as beds
-from bed import check, check_timing, is_fused, milliseconds, need_real_time, rate_hz, reasons_of, say
+from bed import age_when_made_ns, check, check_timing, is_fused, milliseconds, need_real_time, rate_hz, reasons_of, say
 
 FLAGGED_WITHIN_MS = 100  # of the newest measurement, at the subscriber
 PERIOD_MS = 25  # of the simulated tracker
@@ -64,7 +64,7 @@ def a_stalled_tracker_is_flagged_while_30_hz_goes_on(bed):
     check(29 <= rate <= 31, f"{rate:.2f} Hz during the stall, expected 30")
     check(not [line for line in subscriber.events(stalled_ns) if line.read_ns <= recovered.read_ns], "an event")
     for sample in samples:
-        age_ms = milliseconds(sample["em_age_ns"])
+        age_ms = milliseconds(age_when_made_ns(sample, "em_age_ns"))
         stale = "EM_STALE" in reasons_of(sample)
         check(stale or age_ms <= FLAGGED_WITHIN_MS, f"a measurement {age_ms:.1f} ms old, reasons {sample['reason_names']}")
         check(not stale or age_ms > 2 * PERIOD_MS, f"a measurement {age_ms:.1f} ms old is called stale")

@@ -14,8 +14,8 @@
 #include "drivers/aurora_serial/aurora_serial_driver.hpp"
 #include "drivers/interface/condition.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
-#include "drivers/simulation/aurora_emulator/control.hpp"
-#include "drivers/simulation/aurora_emulator/serial_front.hpp"
+#include "drivers/laboratory/aurora_emulator/control.hpp"
+#include "drivers/laboratory/aurora_emulator/serial_front.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
@@ -99,7 +99,7 @@ RoomDescription room() {
 
 DriverSettings settings() {
   std::map<std::string, SettingValue> values;
-  for (const SettingDescription& setting : aurora_serial_settings()) {
+  for (const KeyDescription& setting : aurora_serial_settings()) {
     values[setting.name] = setting.default_value;
   }
   return DriverSettings(std::move(values));
@@ -116,7 +116,8 @@ class TrackerInterruptions : public testing::Test {
 
   /// As the pipeline reads: never closed, never opened again.
   ReadOutcome read(EmFrame& frame, MonotonicTime deadline) {
-    const ReadOutcome outcome = source_->read(frame, deadline);
+    source_->wait(deadline);
+    const ReadOutcome outcome = source_->read(frame);
     EXPECT_NE(outcome, ReadOutcome::kLost);
     return outcome;
   }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 
 namespace tubed {
@@ -85,6 +86,21 @@ TEST(Centreline, ASampleWithoutAShapeGivesNaNAndNeverTheOrigin) {
     EXPECT_TRUE(std::isnan(point_at(*tube, 0)[0]));
     EXPECT_TRUE(std::isnan(tangent_at(*tube, 0)[0]));
     EXPECT_TRUE(std::isnan(sigma_mm_at(*tube, 0)));
+  }
+}
+
+TEST(Centreline, AnInfiniteLengthOrSpacingIsNoShape) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto long_one = tube_with_coefficients(line);
+  const auto wide_one = tube_with_coefficients(line);
+  long_one->length_mm = kInfinity;
+  wide_one->length_mm = wide_one->coefficient_spacing_mm = kInfinity;
+
+  for (const auto* tube : {long_one.get(), wide_one.get()}) {
+    EXPECT_FALSE(has_shape(*tube));
+    EXPECT_TRUE(std::isnan(point_at(*tube, tube->length_mm)[0]));
+    EXPECT_TRUE(std::isnan(tangent_at(*tube, tube->length_mm)[0]));
+    EXPECT_TRUE(std::isnan(sigma_mm_at(*tube, tube->length_mm)));
   }
 }
 

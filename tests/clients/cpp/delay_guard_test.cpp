@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace tubed {
 namespace {
 
@@ -82,6 +84,16 @@ TEST(DelayGuard, WhenAQueueIsEmptyAgainTheUsualDelayIsNoTimeAheadOfNow) {
   for (int i = 0; i < 60; ++i) late(guard, 1000 + 33 * i, 5000);
 
   EXPECT_EQ(guard.judge(kStart, 9000 * kMs, 9001 * kMs + kOffset), Delay::kUsual);
+}
+
+TEST(DelayGuard, ATimeAtTheEndsOfTheRangeIsLateOrEarlyAndNotTheOpposite) {
+  DelayGuard guard(kLongest);
+  for (int i = 0; i < 30; ++i) EXPECT_FALSE(late(guard, 33 * i, 1));
+  constexpr std::int64_t kNow = 1000 * kMs + kOffset;
+
+  EXPECT_EQ(guard.judge(kStart, std::numeric_limits<std::int64_t>::min(), kNow), Delay::kLate);
+  EXPECT_EQ(guard.judge(kStart, std::numeric_limits<std::int64_t>::max(), kNow), Delay::kEarly);
+  EXPECT_FALSE(late(guard, 1033, 1));
 }
 
 }  // namespace

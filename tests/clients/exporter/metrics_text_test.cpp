@@ -4,6 +4,8 @@
 
 #include <cstring>
 
+#include "idl/validity.hpp"
+
 namespace tubed {
 namespace {
 
@@ -82,6 +84,35 @@ TEST(MetricsText, WhatWasNotCountedIsNotZero) {
   reports.health.stages[0].allocations_counted = true;
   EXPECT_NE(metrics_text({{"a", reports}}, kSecond_ns).find("tubed_stage_allocations_total{"),
             std::string::npos);
+}
+
+TEST(MetricsText, RefusedReadersUnreadablePacketsAndRivalsHaveNamesOfTheirOwn) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  reports.status.reasons = static_cast<std::uint32_t>(Reason::kRivalWriter);
+  reports.health.stage_count = 3;
+  std::strcpy(reports.health.stages[1].name, "dds");
+  reports.health.stages[1].refused = 12;
+  std::strcpy(reports.health.stages[2].name, "shm-door");
+  reports.health.stages[2].refused = 3;
+  const std::string text = metrics_text({{"cath-1", reports}}, kSecond_ns);
+  EXPECT_TRUE(says(text, R"(tubed_rival_writer{instrument="cath-1"} 1)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_malformed_packets_total{instrument="cath-1"} 12)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_shm_readers_total{instrument="cath-1",outcome="refused"} 3)")) << text;
+  EXPECT_EQ(text.find(R"(stage="dds")"), std::string::npos) << "it is no stage";
+}
+
+TEST(MetricsText, WhyAnImageIsRefusedIsALabelThatDoesNotChangeWithTheAge) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  std::strcpy(reports.status.stages[0].why, "no sign of life for 12.5 s");
+  const std::string text = metrics_text({{"cath-1", reports}}, kSecond_ns);
+  EXPECT_TRUE(
+      says(text, R"(tubed_stage_why{instrument="cath-1",stage="em",why="no sign of life for #.# s"} 1)"))
+      << text;
+}
+
+TEST(MetricsText, WhatHarmsALineIsReplacedInLabels) {
+  const std::string text = metrics_text({{"a\n\xff\x1b", InstrumentReports{}}}, kSecond_ns);
+  EXPECT_TRUE(says(text, "tubed_up{instrument=\"a\uFFFD\uFFFD\uFFFD\"} 0")) << text;
 }
 
 TEST(MetricsText, QuotesInNamesAreEscaped) {

@@ -1,6 +1,6 @@
 // Every assumption against conversations in which it holds and does not. Replies are recorded ones where the
 // protocol's description has them (drivers/aurora/README.md), else made from the layouts there.
-#include "clients/tubectl/aurora_assumptions.hpp"
+#include "clients/tubectl/check/aurora_assumptions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // A bring-up of the emulated Aurora in virtual time. What the emulated one assumes itself is not asserted:
 // that a conversation is recorded, read back, and left in order.
-#include "clients/tubectl/aurora_bringup.hpp"
+#include "clients/tubectl/check/aurora_bringup.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "clients/tubectl/anonymous_wire_log.hpp"
-#include "clients/tubectl/aurora_assumptions.hpp"
+#include "clients/tubectl/check/anonymous_wire_log.hpp"
+#include "clients/tubectl/check/aurora_assumptions.hpp"
 #include "drivers/aurora/wire_log.hpp"
 #include "tests/clients/tubectl/hand_written_log.hpp"
 #include "tests/drivers/aurora_serial/emulated_line.hpp"

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <CLI/Error.hpp>
 #include "clients/tubectl/verbs.hpp"
 #include "daemon/config/load_configuration.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"

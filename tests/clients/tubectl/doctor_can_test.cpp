@@ -1,6 +1,10 @@
-#include "clients/tubectl/doctor_can.hpp"
+#include "clients/tubectl/check/doctor_can.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "drivers/aurora_can/can_packer.hpp"
 #include "tests/drivers/aurora_can/paired_port.hpp"
@@ -207,6 +211,51 @@ TEST_F(DoctorAtABus, TheTrackersOwnTroubleIsHandedOn) {
 TEST_F(DoctorAtABus, AnInterfaceThatGoesAwayIsTold) {
   bus.unplug();
   EXPECT_EQ(heard("gateway").verdict, Verdict::kWrong);
+}
+
+/// A machine on which tubed is a service whose unit says `families`.
+class DoctorOfTheSandbox : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(machine.root / "lib/systemd/system");
+    write("lib/systemd/system/tubed.service", "# not AF_CAN\nRestrictAddressFamilies=AF_INET AF_UNIX\n");
+    configuration.em_source.driver = "aurora-can";
+    configuration.em_source.device = "can0";
+  }
+  void TearDown() override { std::filesystem::remove_all(machine.root); }
+
+  void write(const char* file, const char* text) const {
+    std::filesystem::create_directories((machine.root / file).parent_path());
+    std::ofstream(machine.root / file) << text;
+  }
+  [[nodiscard]] Verdict verdict() const {
+    const auto findings = examine_can_sandbox(machine, configuration);
+    return findings.empty() ? Verdict::kNote : findings.front().finding.verdict;
+  }
+
+  Machine machine{.root = std::filesystem::path(testing::TempDir()) / ("doctor-" + std::to_string(getpid())),
+                  .configuration = ""};
+  Configuration configuration;
+};
+
+TEST_F(DoctorOfTheSandbox, AServiceThatMayNotUseCanIsWrongAndComesWithTheFileThatHelps) {
+  const auto findings = examine_can_sandbox(machine, configuration);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().finding.verdict, Verdict::kWrong);
+  EXPECT_NE(findings.front().finding.advice.find("/usr/share/tubed/can.conf"), std::string::npos);
+}
+
+TEST_F(DoctorOfTheSandbox, ADropInLetsCanIn) {
+  write("etc/systemd/system/tubed.service.d/can.conf", "[Service]\nRestrictAddressFamilies=AF_CAN\n");
+  EXPECT_EQ(verdict(), Verdict::kGood);
+}
+
+TEST_F(DoctorOfTheSandbox, OnlyATrackerBehindCanIsAskedAbout) {
+  configuration.em_source.device = "/run/tubed/gateway.sock";
+  EXPECT_EQ(verdict(), Verdict::kNote);
+  configuration.em_source.device = "can0";
+  configuration.em_source.driver = "aurora-serial";
+  EXPECT_EQ(verdict(), Verdict::kNote);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "clients/tubectl/doctor_checks.hpp"
+#include "clients/tubectl/check/doctor_checks.hpp"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>

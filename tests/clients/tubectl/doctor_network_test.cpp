@@ -1,4 +1,4 @@
-#include "clients/tubectl/doctor_network.hpp"
+#include "clients/tubectl/check/doctor_network.hpp"
 
 #include <gtest/gtest.h>
 #include <net/if.h>
@@ -109,6 +109,13 @@ TEST_F(DoctorNetwork, WithoutADaemonTheConfigurationSaysWhoWillReachIt) {
   const Finding eth1 = only_finding(none_, "eth1").finding;
   EXPECT_EQ(eth1.verdict, Verdict::kAdvice);
   EXPECT_NE(eth1.found.find("hosts on eth1"), std::string::npos) << eth1.found;
+}
+
+TEST_F(DoctorNetwork, ADaemonThatHasEndedAndWaitsForItsParentDoesNotRun) {
+  run("tubed", "");
+  std::ofstream(machine_.root / "proc/4711/stat") << "4711 (tubed) Z 1 4711 4711 0 -1\n";
+  const Finding finding = only_finding(none_).finding;
+  EXPECT_NE(finding.found.find("tubed does not run"), std::string::npos) << finding.found;
 }
 
 }  // namespace

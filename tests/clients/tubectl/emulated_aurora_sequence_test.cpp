@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "clients/tubectl/offline_reconstruction.hpp"
+#include "clients/evaluation/offline_reconstruction.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/aurora/session.hpp"
 #include "drivers/aurora_can/aurora_can_driver.hpp"
@@ -29,9 +28,10 @@ class SimulatedSequence {
  public:
   SimulatedSequence() : folder_(fs::temp_directory_path() / ("emulated-" + std::to_string(::getpid()))) {
     int exit_code = kExitFailed;
-    CLI::App app;
-    add_simulate(app, exit_code);
-    app.parse("simulate --preset clinical --seed 11 --every 20 --out " + folder_.string(), false);
+    Program program("");
+    add_simulate(program.command_line(), exit_code);
+    program.parse(
+        {"simulate", "--preset", "clinical", "--seed", "11", "--every", "20", "--out", folder_.string()});
     sequence = read_sequence(folder_);
   }
   ~SimulatedSequence() { fs::remove_all(folder_); }
@@ -74,13 +74,13 @@ class CanBehindSession {
   /// Hands on what the session has just given. False when the driver does not give it, for now.
   bool hand_on(const Session& session, MonotonicTime now, EmFrame& frame) {
     bus_.send(packer_.pack(can_report(session, frame), now));
-    return source_.read(frame, at_once()) == ReadOutcome::kFrame;
+    return source_.read(frame) == ReadOutcome::kFrame;
   }
 
  private:
   static DriverSettings default_settings() {
     std::map<std::string, SettingValue> values;
-    for (const SettingDescription& setting : aurora_can_settings()) {
+    for (const KeyDescription& setting : aurora_can_settings()) {
       values[setting.name] = setting.default_value;
     }
     return DriverSettings(std::move(values));

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <CLI/Error.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

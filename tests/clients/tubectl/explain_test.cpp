@@ -4,9 +4,9 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "clients/tubectl/explanation.hpp"
-#include "clients/tubectl/explanation_picture.hpp"
-#include "clients/tubectl/registration.hpp"
+#include "clients/evaluation/explanation.hpp"
+#include "clients/evaluation/registration.hpp"
+#include "clients/tubectl/see/explanation_picture.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_image.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "clients/tubectl/wire_conversation.hpp"
+#include "clients/tubectl/check/wire_conversation.hpp"
 #include "drivers/aurora/bx_reply.hpp"
 #include "drivers/aurora/command.hpp"
 #include "drivers/aurora/reply.hpp"

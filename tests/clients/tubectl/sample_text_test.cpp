@@ -1,9 +1,11 @@
-#include "clients/tubectl/sample_text.hpp"
+#include "clients/tubectl/watch/sample_text.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 namespace tubed {
 namespace {
@@ -72,6 +74,27 @@ TEST(SampleText, AStatusSaysHowOldTheNewestEstimateAndEachStagesSignOfLifeAre) {
   EXPECT_EQ(to_json(*status)["stages"][0]["age_ns"], 30'000'000);
   status->estimate_age_ns = -1;
   EXPECT_NE(line_of(*status).find("newest estimate: never"), std::string::npos) << line_of(*status);
+}
+
+TEST(SampleText, BytesThatAreNoTextAreReplacedInJsonAndOnATerminal) {
+  const auto estimate = std::make_unique<tubed_TubeEstimate>();
+  std::strcpy(estimate->instrument_id, "c\xff\x1b[2Jé");
+
+  EXPECT_EQ(to_json(*estimate)["instrument_id"], "c\uFFFD\uFFFD[2Jé");
+  EXPECT_NO_THROW(to_json(*estimate).dump());
+  EXPECT_EQ(line_of(*estimate, 0).find('\x1b'), std::string::npos);
+
+  const auto status = std::make_unique<tubed_TubeStatus>();
+  status->stage_count = 1;
+  std::strcpy(status->stages[0].why, "\xc3");
+  EXPECT_EQ(to_json(*status)["stages"][0]["why"], "\uFFFD");
+  EXPECT_NE(line_of(*status).find(": \uFFFD"), std::string::npos);
+}
+
+TEST(SampleText, ATimeAtTheEndOfTheRangeIsALongLatency) {
+  const auto estimate = std::make_unique<tubed_TubeEstimate>();
+  estimate->stamps.em_measured_monotonic_ns = std::numeric_limits<std::int64_t>::min();
+  EXPECT_NE(line_of(*estimate, 1'000'000'000).find("9223372037"), std::string::npos) << line_of(*estimate, 1);
 }
 
 }  // namespace

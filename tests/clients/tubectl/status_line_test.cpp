@@ -1,8 +1,9 @@
-#include "clients/tubectl/status_line.hpp"
+#include "clients/tubectl/watch/status_line.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "idl/validity.hpp"
 

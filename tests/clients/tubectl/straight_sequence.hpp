@@ -6,13 +6,14 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <Eigen/Core>
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "idl/command_line/command_line.hpp"
 
 namespace tubed {
 
@@ -88,12 +89,11 @@ T_camera_world = [[0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 1000], [0, 0, 0, 1]]
 };
 
 /// Runs one verb as main does and returns its exit code. What the verb throws comes through.
-inline int run_verb(CLI::App* (*add)(CLI::App&, int&), std::vector<std::string> arguments) {
+inline int run_verb(CommandLine (*add)(CommandLine, int&), std::vector<std::string> arguments) {
   int exit_code = -1;
-  CLI::App app;
-  add(app, exit_code);
-  std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them last first
-  app.parse(arguments);
+  Program program("");
+  add(program.command_line(), exit_code);
+  program.parse(std::move(arguments));
   return exit_code;
 }
 

@@ -1,11 +1,12 @@
-#include "clients/tubectl/stream_statistics.hpp"
+#include "clients/tubectl/watch/stream_statistics.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "clients/tubectl/sample_text.hpp"
+#include "clients/tubectl/watch/sample_text.hpp"
 
 namespace tubed {
 namespace {

@@ -1,4 +1,4 @@
-#include "clients/tubectl/top_table.hpp"
+#include "clients/tubectl/watch/top_table.hpp"
 
 #include "TubeEstimate.h"
 

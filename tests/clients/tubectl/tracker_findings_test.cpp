@@ -1,4 +1,4 @@
-#include "clients/tubectl/tracker_findings.hpp"
+#include "clients/tubectl/check/tracker_findings.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "clients/tubectl/tracker_report.hpp"
+#include "clients/tubectl/check/tracker_report.hpp"
 
 #include <gtest/gtest.h>
 

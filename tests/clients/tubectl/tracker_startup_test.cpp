@@ -1,6 +1,6 @@
 // How long the doctor waits, and what it says meanwhile: conversations as recorded with real trackers (four
 // plugs, 2.55 s a PINIT).
-#include "clients/tubectl/tracker_startup.hpp"
+#include "clients/tubectl/check/tracker_startup.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ class TrackerStartupRead : public testing::Test {
     answer("040A0010B0010C0010D001");
   }
   [[nodiscard]] std::string doing() const { return read_startup(trace).doing; }
-  [[nodiscard]] auto patience() const { return read_startup(trace).deadline(began) - began; }
+  [[nodiscard]] auto timeout() const { return read_startup(trace).deadline(began) - began; }
 
   aurora::WireTrace trace{1U << 16U};
   const MonotonicTime began{seconds(1000)};
@@ -39,32 +39,32 @@ class TrackerStartupRead : public testing::Test {
 
 TEST_F(TrackerStartupRead, ASilentTrackerIsGivenUpAfterTwelveSeconds) {
   ask(aurora::init_command());
-  EXPECT_EQ(patience(), seconds(12));
+  EXPECT_EQ(timeout(), seconds(12));
 }
 
 TEST_F(TrackerStartupRead, EachHandleIsGivenItsTime) {
   ask(aurora::init_command());
   answer("OKAY");
-  const auto without_tools = patience();
+  const auto without_tools = timeout();
   list_four_plugs();
   // Four tools that read their memories need 4 * 2.55 s + 1.55 s from the first answer on.
-  EXPECT_GE(patience() - without_tools, 4 * milliseconds(2550));
+  EXPECT_GE(timeout() - without_tools, 4 * milliseconds(2550));
   EXPECT_EQ(read_startup(trace).handles.size(), 4U);
 }
 
 TEST_F(TrackerStartupRead, HandlesThatAreListedAgainGetNoMoreTime) {
   list_four_plugs();
-  const auto once = patience();
+  const auto once = timeout();
   now += seconds(3);
   list_four_plugs();
-  EXPECT_EQ(patience(), once);
+  EXPECT_EQ(timeout(), once);
 }
 
 TEST_F(TrackerStartupRead, BlocksOfToolDefinitionsTakeTimeToo) {
   list_four_plugs();
-  const auto before = patience();
+  const auto before = timeout();
   ask(aurora::pvwr_command(0x0A, 0, {}));
-  EXPECT_GT(patience(), before);
+  EXPECT_GT(timeout(), before);
 }
 
 TEST_F(TrackerStartupRead, ItIsSaidWhichToolIsBeingRead) {

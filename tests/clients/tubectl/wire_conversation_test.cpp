@@ -1,10 +1,10 @@
-#include "clients/tubectl/wire_conversation.hpp"
+#include "clients/tubectl/check/wire_conversation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "clients/tubectl/aurora_assumptions.hpp"
+#include "clients/tubectl/check/aurora_assumptions.hpp"
 #include "tests/clients/tubectl/hand_written_log.hpp"
 
 namespace tubed {

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "daemon/config/load_configuration.hpp"
+#include "daemon/config/schema.hpp"
 
 namespace tubed {
 namespace {
@@ -52,6 +53,70 @@ TEST(Assemble, EveryStageGetsItsOwnPriorityAndCpus) {
   EXPECT_EQ(configuration.pipeline.frangi.fifo_priority, 3);
   EXPECT_EQ(configuration.pipeline.optimizer.fifo_priority, 4);
   EXPECT_EQ(configuration.pipeline.publisher.fifo_priority, 5);
+}
+
+const std::string kPoseKeys = "fx = 2000.0\nfy = 2000.0\n";
+const std::string kPoseRow = "T_camera_world = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]\n";
+
+/// base.toml with a C-arm in the place of focal lengths and pose.
+std::string with_c_arm(const std::string& further = "") {
+  std::string text = base_with(kPoseKeys, "");
+  replace(text, kPoseRow, "");
+  replace(text, "[[instrument]]",
+          "[camera.c_arm]\nsource_detector_mm = 1200\nsource_isocentre_mm = 785\npixel_pitch_mm = 0.6\n"
+          "primary_angle_deg = 30\ntable_mm = [0, 0, 40]\nzoom = 1.25\n" +
+              further + "\n[[instrument]]");
+  return text;
+}
+
+TEST(Assemble, ACArmPlacesItsCamera) {
+  const CameraCalibration camera = parse_configuration(with_c_arm(), "room.toml").room.cameras.front();
+  EXPECT_DOUBLE_EQ(camera.fx, 1.25 * 1200 / 0.6);
+  EXPECT_EQ(camera.cx, 200);
+  EXPECT_EQ(camera.source_isocentre_mm, 785);
+  // The detector at LAO 30: the beam goes to the patient's left front; the table is 40 mm further to the
+  // head.
+  const Eigen::Vector3d source_world_mm = camera.T_camera_world.inverse().translation();
+  EXPECT_TRUE(source_world_mm.isApprox(Eigen::Vector3d(-785 * 0.5, 785 * std::sqrt(0.75), -40), 1e-9));
+}
+
+TEST(Assemble, ACArmAndAPoseAreTwoAnswersToOneQuestion) {
+  std::string text = with_c_arm();
+  replace(text, "cx = 200.0", "fx = 2000.0\ncx = 200.0");
+  EXPECT_NE(complaint(text).find("camera[0].fx"), std::string::npos) << complaint(text);
+  EXPECT_NE(complaint(text).find("means nothing beside camera[0].c_arm"), std::string::npos);
+}
+
+TEST(Assemble, WithoutACArmThePoseIsStillRequired) {
+  EXPECT_NE(complaint(base_with(kPoseRow, "")).find("camera[0].T_camera_world"), std::string::npos);
+}
+
+TEST(Assemble, AnIsocentreBehindTheDetectorIsRefused) {
+  std::string text = with_c_arm();
+  replace(text, "source_isocentre_mm = 785", "source_isocentre_mm = 1300");
+  EXPECT_NE(complaint(text).find("camera[0].c_arm.source_isocentre_mm"), std::string::npos);
+}
+
+TEST(Assemble, WhoseGeometryHoldsIsAWordOfTheCamera) {
+  const auto use = [](const std::string& line) {
+    return parse_configuration(base_with("cx = 200.0", line + "cx = 200.0"), "room.toml")
+        .room.cameras.front()
+        .geometry;
+  };
+  EXPECT_EQ(use(""), GeometryUse::kImage);
+  EXPECT_EQ(use("geometry = \"required\"\n"), GeometryUse::kRequired);
+  EXPECT_EQ(use("geometry = \"configuration\"\n"), GeometryUse::kConfiguration);
+}
+
+TEST(Assemble, PosesTakeEffectAtOnceAndSizesWithARestart) {
+  const TableDescription file = configuration_schema(drivers());
+  for (const char* key : {"camera[1].T_camera_world", "camera[1].fx", "camera[2].cy",
+                          "camera[1].c_arm.primary_angle_deg", "camera[1].c_arm.table_mm"}) {
+    EXPECT_TRUE(takes_effect_at_once(file, key)) << key;
+  }
+  for (const char* key : {"camera[1].width", "camera[1].distortion", "camera[1].geometry"}) {
+    EXPECT_FALSE(takes_effect_at_once(file, key)) << key;
+  }
 }
 
 TEST(Assemble, DaemonSchedulingBackOffAndDdsAreAsWritten) {

@@ -65,6 +65,39 @@ TEST(LoadConfiguration, TheDigestIsTheSha256OfTheFile) {
   fs::remove(file);
 }
 
+std::string with_a_card(const std::string& keys) {
+  std::string text = base();
+  const std::string images = "[0, 0, 0, 1]]\ndriver = \"simulation\"";
+  text.replace(text.find(images), images.size(),
+               "[0, 0, 0, 1]]\ndriver = \"v4l2\"\ndevice = \"/dev/video0\"");
+  return text + "\n[v4l2]\n" + keys;
+}
+
+TEST(LoadConfiguration, TheCameraIsThatOfThePicturesThatItsDriverDelivers) {
+  const Configuration configuration =
+      parse_configuration(with_a_card("decimation = 2\nrotate_deg = \"90\"\n"), "card.toml");
+
+  const CameraCalibration& camera = configuration.room.cameras.at(0);
+  EXPECT_EQ(camera.width, 300);
+  EXPECT_EQ(camera.height, 200);
+  EXPECT_EQ(camera.fx, 1000);
+  EXPECT_DOUBLE_EQ(camera.cy, (200 - 0.5) / 2);
+  EXPECT_EQ(configuration.image_sources.at(0).settings.get<std::vector<std::int64_t>>("size"),
+            (std::vector<std::int64_t>{400, 600}));
+}
+
+TEST(LoadConfiguration, ACropBeyondTheCardsPictureIsRefusedWithItsTablesPlace) {
+  try {
+    parse_configuration(with_a_card("crop = [300, 0, 101, 600]\n"), "card.toml");
+    FAIL() << "was accepted";
+  } catch (const ConfigurationError& error) {
+    const std::string words = error.what();
+    EXPECT_NE(words.find("camera[0] with [v4l2]"), std::string::npos) << words;
+    EXPECT_NE(words.find("card.toml:65:1"), std::string::npos) << words;
+    EXPECT_NE(words.find("expected a crop inside it"), std::string::npos) << words;
+  }
+}
+
 TEST(LoadConfiguration, AFileThatIsNotThereIsSaidByName) {
   try {
     load_configuration("/no/such/tubed.toml");
@@ -154,9 +187,8 @@ TEST(LoadConfiguration, RefusesASensorThatIsAtTwoPorts) {
   }
 }
 
-TEST(SampleConfiguration, IsTheFileThatIsInstalled) {
-  EXPECT_EQ(content_of(fs::path(TUBED_SOURCE_DIR) / "systemd/tubed.toml"), sample_configuration())
-      << "make it anew: tubed --sample > systemd/tubed.toml";
+TEST(SampleConfiguration, IsTheFileThatTheBuildWrites) {
+  EXPECT_EQ(content_of(TUBED_SAMPLE_FILE), sample_configuration());
 }
 
 TEST(SampleConfiguration, LoadsAndHasTheDefaultsOfTheSchema) {
@@ -180,6 +212,17 @@ void expect_all_keys(const TableDescription& table, const std::string& sample) {
 
 TEST(SampleConfiguration, ExplainsEveryKeyOfTheSchema) {
   expect_all_keys(configuration_schema(drivers()), sample_configuration());
+}
+
+TEST(ConfigurationSchema, TheLogLevelAndHowCamerasStandTakeEffectWithoutARestart) {
+  const TableDescription file = configuration_schema(drivers());
+
+  EXPECT_TRUE(takes_effect_at_once(file, "daemon.log_level"));
+  EXPECT_FALSE(takes_effect_at_once(file, "daemon.rate_hz"));
+  EXPECT_TRUE(takes_effect_at_once(file, "camera[1].T_camera_world"));
+  EXPECT_FALSE(takes_effect_at_once(file, "camera[1].width"));
+  EXPECT_FALSE(takes_effect_at_once(file, "log_level"));
+  EXPECT_FALSE(takes_effect_at_once(file, "simulation.lamda_mm"));
 }
 
 struct BadCase {
@@ -218,6 +261,26 @@ std::vector<BadCase> bad_cases() {
 }
 
 TEST(BadConfigurations, ThereAreMoreThanAHundred) { EXPECT_GE(bad_cases().size(), 100U); }
+
+TEST(BadConfigurations, TablesTooDeepInEachOtherAreRefusedWithTheirLineAndDoNotOverflowTheStack) {
+  std::string dots;
+  for (int i = 0; i < 400'000; ++i) {
+    dots += ".a";
+  }
+  for (const std::string& deep : {"a" + dots + " = 1\n", "[a" + dots + "]\n", "[[a" + dots + "]]\n"}) {
+    try {
+      parse_configuration("# one\n" + deep, "deep.toml");
+      FAIL() << "was accepted";
+    } catch (const ConfigurationError& error) {
+      EXPECT_NE(std::string(error.what()).find("deep.toml:2:1: "), std::string::npos);
+      EXPECT_NE(std::string(error.what()).find("too deep"), std::string::npos);
+    }
+  }
+}
+
+TEST(BadConfigurations, DotsInCommentsAreNoDepth) {
+  EXPECT_NO_THROW(parse_configuration("# " + std::string(10'000, '.') + "\n" + base(), "dots.toml"));
+}
 
 class BadConfiguration : public testing::TestWithParam<BadCase> {};
 

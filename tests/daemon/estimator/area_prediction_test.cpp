@@ -21,7 +21,7 @@ constexpr int kSnapAt = 12;    // the tube jumps between this image and the one 
 constexpr int kGoneFrom = 22;  // images that show no tube at all ..
 constexpr int kGoneTo = 27;    // .. until this one
 constexpr milliseconds kPeriod{33};
-constexpr milliseconds kPatience{75};
+constexpr milliseconds kTimeout{75};
 
 MonotonicTime exposure_of(int image) { return from_ns(1'000'000'000) + (image + 1) * kPeriod; }
 
@@ -108,11 +108,11 @@ TubeRun run(FrangiArea kind, Feeding feeding) {
     observation.instant = observation.now = observation.newest_image = image.exposure;
     observation.is_image_instant = true;
     observation.em = history.get();
-    observation.image_patience = kPatience;
+    observation.image_timeout = kTimeout;
     observation.images[0] = &image;
-    prediction.on_demand().take(image);
+    prediction.on_demand().begin();
     observation.on_demand[0] = feeding == Feeding::kWrongAndNobodyToAsk ? nullptr : &prediction.on_demand();
-    prediction.begin(observation.instant, observation.image_patience);
+    prediction.begin(observation.instant, observation.image_timeout);
     estimator->estimate(observation, *estimate);
     prediction.add(estimator->image_need(), *estimate);
     predicted = prediction.end();
@@ -233,9 +233,9 @@ TubeEstimate straight_estimate(double sigma_mm) {
 constexpr double kAtOnce = 0;  // until the next image
 
 /// Columns 100 .. 300 and row 300 of the camera of Sec. 3.1, 2000/1200 px a mm.
-ImageArea predicted_of(const ImageNeed& need, const TubeEstimate& estimate, double patience_ms) {
+ImageArea predicted_of(const ImageNeed& need, const TubeEstimate& estimate, double timeout_ms) {
   AreaPrediction prediction(one_view_room().cameras.front(), FrangiSettings{});
-  prediction.begin(exposure_of(0), milliseconds(static_cast<int>(patience_ms)));
+  prediction.begin(exposure_of(0), milliseconds(static_cast<int>(timeout_ms)));
   prediction.add(need, estimate);
   return prediction.end().area;
 }
@@ -282,13 +282,13 @@ TEST(AreaPrediction, WhatWasAskedOfTheLastImageIsExpectedAgain) {
   AreaPrediction prediction(room.cameras.front(), FrangiSettings{});
   ImageMeasurement image;
   image.reserve(400, 600);
-  prediction.on_demand().take(image);
+  prediction.on_demand().begin();
   ImageArea asked(400, 600);
   asked.add_box({20, 500}, {40, 520});
-  prediction.on_demand().require(asked);
-  prediction.begin(exposure_of(0), kPatience);
+  prediction.on_demand().filter_missing(image, asked);
+  prediction.begin(exposure_of(0), kTimeout);
   EXPECT_EQ(prediction.end().area, asked);
-  EXPECT_EQ(prediction.end().until, exposure_of(0) + kPatience);
+  EXPECT_EQ(prediction.end().until, exposure_of(0) + kTimeout);
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ struct FilterBench {
       }
     }
     observation.newest_image = newest_image;
-    observation.image_patience = std::chrono::milliseconds(120);
+    observation.image_timeout = std::chrono::milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }

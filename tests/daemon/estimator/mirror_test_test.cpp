@@ -83,7 +83,7 @@ struct LooseTip {
     observation.newest_image = views > 0 ? now : observation.newest_image;
     observation.em = history.get();
     observation.is_image_instant = views > 0;
-    observation.image_patience = milliseconds(120);
+    observation.image_timeout = milliseconds(120);
     for (std::size_t view = 0; view < views; ++view) {
       images[view] = image_of_arc(room, now, {-1, 381}, view);  // of nothing
       for (double s_mm = 0; s_mm <= 380; s_mm += 0.25) {

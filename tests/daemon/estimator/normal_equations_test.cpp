@@ -116,6 +116,44 @@ TEST(NormalEquations, WithFurtherColumnsAndAPriorAreThoseOfTheJacobian) {
               residuals.r().squaredNorm() + departure.dot(information * departure), 1e-9);
 }
 
+// Against residuals whose covariance is I + H H^T, written out.
+TEST(NormalEquations, ASharedErrorIsCorrelatedNoise) {
+  std::srand(5);
+  constexpr int kPieces = kCoefficients - 3;
+  constexpr int kEach = 9;
+  NormalEquations equations(kCoefficients, 0);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2 * kPieces * kEach, 3 * kCoefficients);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(J.rows(), 2 * SharedError::kParts);
+  const Eigen::VectorXd r = Eigen::VectorXd::Random(J.rows());
+  Eigen::Index row = 0;
+  for (int error = 0; error < 2; ++error) {
+    equations.begin_shared();
+    for (int first = 0; first < kPieces; ++first) {
+      for (int again = 0; again < kEach; ++again, ++row) {
+        const Eigen::Vector4d w = Eigen::Vector4d::Random();
+        const Eigen::Vector3d gradient = Eigen::Vector3d::Random();
+        const SharedError::Parts h = 3 * SharedError::Parts::Random();
+        const std::array<double, 4> weights{w[0], w[1], w[2], w[3]};
+        equations.add(first, weights, gradient, r[row]);
+        equations.add_shared(first, weights, gradient, r[row], h);
+        for (int k = 0; k < 4; ++k) J.block<1, 3>(row, 3 * (first + k)) = w[k] * gradient.transpose();
+        H.block<1, SharedError::kParts>(row, error * SharedError::kParts) = h.transpose();
+      }
+    }
+    equations.end_shared();
+  }
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(J.rows(), J.rows()) + H * H.transpose();
+  const Eigen::MatrixXd information = covariance.inverse();
+  Eigen::Matrix3Xd step;
+  ASSERT_TRUE(equations.solve(0.1, step));
+  const Eigen::MatrixXd JtJ = J.transpose() * information * J;
+  const Eigen::VectorXd expected = expected_step(JtJ, J.transpose() * information * r, 0.1);
+  EXPECT_LT((step.reshaped() - expected).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_NEAR(equations.cost(), r.dot(information * r), 1e-8);
+  ASSERT_TRUE(equations.invert());
+  EXPECT_LT((equations.inverse() * JtJ - Eigen::MatrixXd::Identity(JtJ.rows(), JtJ.cols())).norm(), 1e-6);
+}
+
 TEST(NormalEquations, ACoefficientThatNoResidualHoldsIsRefused) {
   NormalEquations equations(6, 0);
   equations.add_isotropic(0, {1, 1, 1, 1}, 1, Eigen::Vector3d::Zero());

@@ -53,7 +53,7 @@ std::vector<Eigen::Vector3d> shape_with_images(milliseconds late, bool ticks) {
       observation.images[0] = &bench.image;
     }
     observation.newest_image = bench.newest_image;
-    observation.image_patience = milliseconds(220);
+    observation.image_timeout = milliseconds(220);
     bench.estimator->estimate(observation, *bench.estimate);
   };
   for (int i = 1; i <= 86; ++i) {

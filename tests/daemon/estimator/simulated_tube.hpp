@@ -7,9 +7,9 @@
 #include <random>
 
 #include "daemon/estimator/em_history.hpp"
-#include "daemon/geometry/camera.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "drivers/interface/room.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 

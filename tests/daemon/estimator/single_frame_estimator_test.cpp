@@ -42,11 +42,11 @@ struct EstimatorBench {
     observation.instant = observation.now = now;
     observation.em = history.get();
     observation.newest_image = newest_image;
-    observation.image_patience = milliseconds(120);
+    observation.image_timeout = milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }
-  TubeEstimate& image(const ImageMeasurement& measurement, MonotonicTime now) {
+  TubeEstimate& image(ImageMeasurement measurement, MonotonicTime now) {
     Observation observation;
     observation.instant = measurement.exposure;
     observation.now = now;
@@ -54,7 +54,7 @@ struct EstimatorBench {
     observation.em = history.get();
     observation.images[0] = &measurement;
     observation.newest_image = newest_image = measurement.exposure;
-    observation.image_patience = milliseconds(120);
+    observation.image_timeout = milliseconds(120);
     estimator->estimate(observation, *estimate);
     return *estimate;
   }
@@ -83,7 +83,7 @@ TEST(SingleFrameEstimator, CoilsAloneAreValidWithImageOff) {
   EXPECT_EQ(estimate.validity, Validity::kValid);
   EXPECT_TRUE(estimate.reasons.has(Reason::kImageOff));
   EXPECT_TRUE(estimate.reasons.has(Reason::kDemoData)) << "simulated coils can never be hidden";
-  EXPECT_EQ(estimate.em_age_ns, 12'000'000);
+  EXPECT_EQ(estimate.em_age_ns, 0) << "valid_time is the measurement's";
   EXPECT_EQ(estimate.valid_time_ns, to_ns(bench.t0))
       << "a tick's shape is of its measurement, not of the tick";
 }
@@ -101,7 +101,7 @@ TEST(SingleFrameEstimator, AnImageMovesTheTubeOntoItsProjection) {
   EXPECT_TRUE(estimate.has_image);
   EXPECT_EQ(estimate.validity, Validity::kValid);
   EXPECT_GT(estimate.image_inlier_ratio, 0.9F);
-  EXPECT_EQ(estimate.image_age_ns, 10'000'000);
+  EXPECT_EQ(estimate.image_age_ns, 0) << "valid_time is the exposure";
 }
 
 /// How far the tip is from where it is seen, in the image plane.
@@ -214,6 +214,21 @@ TEST(SingleFrameEstimator, WhenImagesStopItSaysSo) {
   EXPECT_TRUE(estimate.reasons.has(Reason::kImageStale));
   EXPECT_EQ(estimate.validity, Validity::kQuestionable);
   EXPECT_FALSE(estimate.has_image);
+}
+
+TEST(SingleFrameEstimator, AViewThatMovedIsAReasonForDoubtAndNoStaleImage) {
+  EstimatorBench bench(EstimatorMode::kJoint);
+  bench.history->add(measure_coils(bench.room, bench.t0, 1, 1));
+  Observation observation;
+  observation.instant = observation.now = bench.t0 + milliseconds(10);
+  observation.is_image_instant = true;
+  observation.geometry_changed = true;
+  observation.em = bench.history.get();
+  bench.estimator->estimate(observation, *bench.estimate);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+  EXPECT_FALSE(bench.estimate->reasons.has(Reason::kImageStale));
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+  EXPECT_FALSE(bench.estimate->has_image);
 }
 
 TEST(SingleFrameEstimator, WithoutRegistrationTheImageIsLeftOut) {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "daemon/geometry/camera.hpp"
+#include "idl/geometry/camera.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {
@@ -25,7 +25,7 @@ struct Views {
     Observation observation;
     observation.instant = observation.now = now;
     observation.images[0] = &image;
-    observation.image_patience = milliseconds(120);
+    observation.image_timeout = milliseconds(120);
     views.measure(observation, spline, C, search, *estimate);
     const auto found = views.constraints(observation, 1, true);
     constraints = found.size();
@@ -107,7 +107,7 @@ TEST(TubeViews, ForgetsLinesWhenTold) {
   of.views.forget_lines();
   Observation observation;
   observation.instant = observation.now = of.now;
-  observation.image_patience = milliseconds(120);
+  observation.image_timeout = milliseconds(120);
   EXPECT_TRUE(of.views.constraints(observation, 1, false).empty());
   EXPECT_EQ(to_ns(of.views.newest_exposure()), 0);
   of.show({});

@@ -229,7 +229,7 @@ TEST(RidgeClaims, StandsWhateverItIsGiven) {
   const auto claims = std::make_unique<RidgeClaims>();
   RidgeClaims::PerLine yes;
   yes.fill(true);
-  std::array<CorrespondenceLine, kMostCorrespondenceLines> lines{};
+  std::array<CorrespondenceLine, kMaxCorrespondenceLines> lines{};
   EXPECT_FALSE(claims->find({}, yes));
   EXPECT_FALSE(claims->find(lines, yes));  // none in view
   lines[0].in_view = true;
@@ -248,7 +248,7 @@ TEST(RidgeClaims, StandsWhateverItIsGiven) {
     claims->settle(lines, yes);
     for (const RidgeClaims::Claim& claim : claims->claims()) {
       ASSERT_GE(claim.rival, -1);
-      ASSERT_LT(claim.rival, kMostCorrespondenceLines);
+      ASSERT_LT(claim.rival, kMaxCorrespondenceLines);
     }
   }
 }

@@ -21,6 +21,7 @@ ImageFrame noisy_frame(int width, int height, unsigned seed) {
 /// A door and the measurement behind it.
 struct DoorBed {
   explicit DoorBed(double white_level = 0) : door(white_level) { measurement.reserve(64, 64); }
+  explicit DoorBed(const CameraCalibration& camera) : door(camera) { measurement.reserve(64, 64); }
   ImageRejection take(const ImageFrame& frame) { return door.take(frame, measurement); }
   ImageDoor door;
   ImageMeasurement measurement;
@@ -60,6 +61,74 @@ TEST(ImageChecks, SixteenBitPixelsAreInHostOrder) {
 TEST(ImageChecks, AnotherSizeThanTheCamerasIsRefused) {
   DoorBed door;
   EXPECT_EQ(door.take(noisy_frame(64, 32, 1)), ImageRejection::kWrongSize);
+}
+
+/// Of 64 x 64 px, 1000 mm from the world's origin.
+CameraCalibration camera_with(GeometryUse use) {
+  CameraCalibration camera;
+  camera.width = camera.height = 64;
+  camera.fx = camera.fy = 500;
+  camera.T_camera_world.translation().z() = 1000;
+  camera.geometry = use;
+  return camera;
+}
+
+ImageFrame frame_with_geometry(double depth_mm) {
+  ImageFrame frame = noisy_frame(64, 64, 1);
+  frame.geometry = geometry_of(camera_with(GeometryUse::kImage));
+  frame.geometry->t_camera_world_mm[2] = depth_mm;
+  return frame;
+}
+
+TEST(ImageChecks, AnImagesOwnGeometryGoesWithIt) {
+  DoorBed door(camera_with(GeometryUse::kImage));
+  EXPECT_EQ(door.take(frame_with_geometry(900)), ImageRejection::kNone);
+  ASSERT_TRUE(door.measurement.geometry);
+  EXPECT_EQ(door.measurement.geometry->t_camera_world_mm[2], 900);
+  EXPECT_EQ(door.take(noisy_frame(64, 64, 2)), ImageRejection::kNone);  // the next one has none
+  EXPECT_FALSE(door.measurement.geometry);
+}
+
+TEST(ImageChecks, AGeometryThatCannotBeIsRefusedWithWordsAndTheNextImageIsTaken) {
+  DoorBed door(camera_with(GeometryUse::kImage));
+  EXPECT_EQ(door.take(frame_with_geometry(-900)), ImageRejection::kWrongGeometry);
+  EXPECT_NE(std::strstr(door.door.geometry_fault(), "behind the camera"), nullptr);
+  EXPECT_FALSE(door.measurement.geometry);
+  EXPECT_EQ(door.take(frame_with_geometry(900)), ImageRejection::kNone);
+}
+
+TEST(ImageChecks, AnImageWithoutTheGeometryThatIsRequiredIsRefused) {
+  DoorBed door(camera_with(GeometryUse::kRequired));
+  EXPECT_EQ(door.take(noisy_frame(64, 64, 1)), ImageRejection::kNoGeometry);
+  EXPECT_EQ(door.take(frame_with_geometry(900)), ImageRejection::kNone);
+}
+
+TEST(ImageChecks, TheConfigurationsGeometryMayHoldForEveryImage) {
+  DoorBed door(camera_with(GeometryUse::kConfiguration));
+  EXPECT_EQ(door.take(frame_with_geometry(-900)), ImageRejection::kNone);
+  EXPECT_FALSE(door.measurement.geometry);
+}
+
+TEST(ImageChecks, AChangedConfigurationHoldsForImagesWithoutTheirOwn) {
+  DoorBed door(camera_with(GeometryUse::kImage));
+  ViewGeometry changed = geometry_of(camera_with(GeometryUse::kImage));
+  changed.t_camera_world_mm[0] = 33;
+  door.door.look_from(changed);
+  EXPECT_EQ(door.take(noisy_frame(64, 64, 1)), ImageRejection::kNone);
+  EXPECT_EQ(door.measurement.geometry, changed);
+  ImageFrame own = frame_with_geometry(900);
+  own.pixels[0] ^= 1;
+  EXPECT_EQ(door.take(own), ImageRejection::kNone);
+  EXPECT_EQ(door.measurement.geometry, own.geometry);
+}
+
+TEST(ImageChecks, AMirroredImageIsReadFromRightToLeft) {
+  CameraCalibration camera = camera_with(GeometryUse::kImage);
+  camera.mirrored = true;
+  DoorBed door(camera);
+  const ImageFrame frame = noisy_frame(64, 64, 1);
+  EXPECT_EQ(door.take(frame), ImageRejection::kNone);
+  EXPECT_EQ(door.measurement.grey[64 * 5 + 3], static_cast<float>(frame.pixels[64 * 5 + 60]));
 }
 
 TEST(ImageChecks, ABlackOrEvenImageIsRefused) {

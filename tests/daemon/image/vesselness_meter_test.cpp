@@ -180,18 +180,18 @@ TEST(ImageOnDemand, MeasuresWhatIsMissingAndRemembersWhatWasAsked) {
   ImageOnDemand on_demand(kWidth, kHeight, settings);
   ImageMeasurement image = image_of_wires(1, 1);
   meter.take(image, left_wire());
-  on_demand.take(image);
+  on_demand.begin();
   EXPECT_TRUE(on_demand.asked().empty());
 
   ImageArea inside(kWidth, kHeight);
   inside.add_box({60, 0}, {62, 2});
-  on_demand.require(inside);
+  on_demand.filter_missing(image, inside);
   EXPECT_EQ(on_demand.completed_images(), 0U) << "all there";
 
   ImageArea outside(kWidth, kHeight);
   outside.add_box({150, 100}, {190, 150});
-  on_demand.require(outside);
-  on_demand.require(outside);
+  on_demand.filter_missing(image, outside);
+  on_demand.filter_missing(image, outside);
   EXPECT_EQ(on_demand.completed_images(), 1U);
   EXPECT_TRUE(image.measured.covers(outside));
   EXPECT_TRUE(on_demand.asked().covers(inside));
@@ -204,8 +204,8 @@ TEST(ImageOnDemand, AnImageWithoutPixelsIsLeftAlone) {
   ImageMeasurement image = image_of_wires(1, 1);
   image.measured.clear();
   image.state = ImageState::kOff;
-  on_demand.take(image);
-  on_demand.require(left_wire());
+  on_demand.begin();
+  on_demand.filter_missing(image, left_wire());
   EXPECT_TRUE(image.measured.empty());
   EXPECT_EQ(on_demand.completed_images(), 0U);
 }

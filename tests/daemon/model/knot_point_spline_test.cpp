@@ -196,13 +196,13 @@ struct Arch {
 };
 
 /// Largest distance from the circle of 80 mm radius of a knot-point spline between two parameters.
-double largest_stray_mm(const KnotPointSpline& spline, double from, double to) {
-  double largest_mm = 0;
+double max_stray_mm(const KnotPointSpline& spline, double from, double to) {
+  double max_mm = 0;
   for (double u = from; u <= to; u += 0.01) {
     const double distance_mm = (spline.point(u) - Eigen::Vector3d(0, 80, 0)).norm();
-    largest_mm = std::max(largest_mm, std::abs(distance_mm - 80));
+    max_mm = std::max(max_mm, std::abs(distance_mm - 80));
   }
-  return largest_mm;
+  return max_mm;
 }
 
 TEST(KnotPointConversion, KnotPointsOfACentrelineLieOnItAndSoDoesTheirSpline) {
@@ -219,10 +219,10 @@ TEST(KnotPointConversion, BetweenTheKnotPointsItStraysByWhatTheHeaderSays) {
   const KnotPointSpline coarse(knot_points_on(arch.spline, arch.C_mm, 20));  // every 20 mm
   const KnotPointSpline fine(knot_points_on(arch.spline, arch.C_mm, 39));    // every 10 mm
 
-  EXPECT_LT(largest_stray_mm(coarse, 5, 16), 0.002);
-  EXPECT_LT(largest_stray_mm(fine, 5, 35), 0.0005);
-  EXPECT_NEAR(largest_stray_mm(coarse, 0, 5), 0.23, 0.01);
-  EXPECT_NEAR(largest_stray_mm(fine, 0, 5), 0.057, 0.005);
+  EXPECT_LT(max_stray_mm(coarse, 5, 16), 0.002);
+  EXPECT_LT(max_stray_mm(fine, 5, 35), 0.0005);
+  EXPECT_NEAR(max_stray_mm(coarse, 0, 5), 0.23, 0.01);
+  EXPECT_NEAR(max_stray_mm(fine, 0, 5), 0.057, 0.005);
 }
 
 TEST(KnotPointConversion, ThereAndBackIsAsGoodAsTheHeaderSays) {

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
@@ -25,11 +26,43 @@ class FakeClock final : public Clock {
   MonotonicTime now_ = from_ns(1'000'000'000'000);
 };
 
+/// A frame each time, with time that passes: so long while it is waited for, so long while it is read.
+template <typename Source, typename Frame>
+class WorkingSource final : public Source {
+ public:
+  WorkingSource(FakeClock& clock, std::chrono::nanoseconds waiting, std::chrono::nanoseconds work)
+      : clock_(clock), waiting_(waiting), work_(work) {}
+  OpenResult open() override {
+    clock_.advance(std::chrono::seconds(3));
+    return {true, {}};
+  }
+  void wait(MonotonicTime /*deadline*/) noexcept override {
+    clock_.advance(waiting_);
+    has_come_ = true;
+  }
+  ReadOutcome read(Frame& /*frame*/) noexcept override {
+    const bool has_come = std::exchange(has_come_, false);
+    clock_.advance(has_come ? work_ : std::chrono::nanoseconds(0));
+    return has_come ? outcome : ReadOutcome::kNothing;
+  }
+  void close() noexcept override {}
+
+  ReadOutcome outcome = ReadOutcome::kFrame;  ///< of what has come
+
+ private:
+  FakeClock& clock_;
+  std::chrono::nanoseconds waiting_;
+  std::chrono::nanoseconds work_;
+  bool has_come_ = false;
+};
+
 /// Plays a list of outcomes; a frame carries its number and the time it is read at.
 class FakeEmSource final : public EmSource {
  public:
   struct Log {
     int opened = 0;
+    int waited = 0;
+    int read = 0;
     int closed = 0;
   };
   FakeEmSource(std::deque<ReadOutcome> reads, std::deque<bool> opens, Log& log)
@@ -43,9 +76,11 @@ class FakeEmSource final : public EmSource {
     }
     return {ok, ok ? "" : "no tracker on the line; is it plugged in?"};
   }
-  ReadOutcome read(EmFrame& frame, MonotonicTime /*deadline*/) noexcept override {
+  void wait(MonotonicTime /*deadline*/) noexcept override { ++log_.waited; }
+  ReadOutcome read(EmFrame& frame) noexcept override {
+    ++log_.read;
     if (reads_.empty()) {
-      return ReadOutcome::kTimeout;
+      return ReadOutcome::kNothing;
     }
     const ReadOutcome outcome = reads_.front();
     reads_.pop_front();

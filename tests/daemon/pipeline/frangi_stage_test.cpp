@@ -24,7 +24,7 @@ class FrangiBench {
     predictions.for_each_slot([](PredictedArea& p) { p.area = ImageArea(kSize, kSize); });
     stage = std::make_unique<FrangiStage>(
         0, ImageHalf{ImageDoor(white_level), VesselnessMeter(kSize, kSize, settings)}, frames, predictions,
-        measurements, own_bell, optimizer_bell);
+        measurements, own_bell, optimizer_bell, &configured);
   }
 
   /// A noisy picture goes through the stage.
@@ -51,10 +51,35 @@ class FrangiBench {
   TripleBuffer<ImageFrame> frames;
   TripleBuffer<PredictedArea> predictions;
   TripleBuffer<ImageMeasurement> measurements;
+  TripleBuffer<ViewGeometry> configured;
   Doorbell own_bell;
   Doorbell optimizer_bell;
   std::unique_ptr<FrangiStage> stage;
 };
+
+TEST(FrangiStage, AChangedConfigurationIsTakenWithTheNextImage) {
+  FrangiBench bench;
+  EXPECT_FALSE(bench.show(1).geometry);
+  ViewGeometry changed;
+  changed.fx = 1234;
+  bench.configured.back() = changed;
+  bench.configured.publish();
+  ASSERT_TRUE(bench.show(2).geometry);
+  EXPECT_EQ(bench.measurements.front().geometry->fx, 1234);
+}
+
+TEST(FrangiStage, AGeometryThatCannotBeIsToldAndTheStageGoesOn) {
+  FrangiBench bench;
+  bench.frames.for_each_slot([](ImageFrame& f) { f.geometry = ViewGeometry{}; });
+  EXPECT_EQ(bench.show(1).rejection, ImageRejection::kWrongGeometry);
+  StageReport report;
+  bench.stage->describe(report);
+  EXPECT_EQ(report.state, StageState::kDegraded);
+  EXPECT_EQ(std::string(report.why.data()),
+            "image refused: the geometry that came with it cannot be: its focal lengths are not 1 to 1e6 px");
+  bench.frames.for_each_slot([](ImageFrame& f) { f.geometry.reset(); });
+  EXPECT_EQ(bench.show(2).state, ImageState::kMeasured);
+}
 
 TEST(FrangiStage, MeasuresTheWholeImageUntilTheOptimizerSaysWhereItReads) {
   FrangiBench bench;

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
+#include "daemon/pipeline/stage_thread.hpp"
 #include "tests/daemon/pipeline/fakes.hpp"
 
 namespace tubed {
@@ -14,7 +16,8 @@ class PlacedImageSource final : public ImageSource {
  public:
   explicit PlacedImageSource(const std::uint8_t*& place) : place_(place) {}
   OpenResult open() override { return {true, {}}; }
-  ReadOutcome read(ImageFrame& frame, MonotonicTime /*deadline*/) noexcept override {
+  void wait(MonotonicTime /*deadline*/) noexcept override {}
+  ReadOutcome read(ImageFrame& frame) noexcept override {
     place_ = frame.pixels.data();
     frame.frame_number = ++number_;
     return ReadOutcome::kFrame;
@@ -35,8 +38,10 @@ TEST(ImageGrabStage, TheFilterSeesThePixelsWhereTheSourcePutThem) {
   ImageGrabStage stage(std::make_unique<PlacedImageSource>(place), PipelineSettings{}, mailbox, announcement,
                        bell);
   FakeClock clock;
+  stage.step(clock);  // opens the source
   std::set<const std::uint8_t*> places;
   for (std::uint32_t number = 1; number <= 6; ++number) {
+    clock.advance(std::chrono::milliseconds(33));
     stage.wait(clock);
     ASSERT_TRUE(stage.step(clock));
     ASSERT_TRUE(mailbox.fetch());
@@ -45,6 +50,74 @@ TEST(ImageGrabStage, TheFilterSeesThePixelsWhereTheSourcePutThem) {
     places.insert(place);
   }
   EXPECT_GE(places.size(), 2U) << "the source writes into what the filter reads";
+}
+
+TEST(ImageGrabStage, ImagesAtTenTimesTheRateAreThinnedOutCountedAndTold) {
+  const std::uint8_t* place = nullptr;
+  TripleBuffer<ImageFrame> mailbox;
+  TripleBuffer<MonotonicTime> announcement;
+  Doorbell bell;
+  ImageGrabStage stage(std::make_unique<PlacedImageSource>(place), PipelineSettings{}, mailbox, announcement,
+                       bell);
+  FakeClock clock;
+  stage.step(clock);  // opens the source
+  std::uint32_t newest = 0;
+  for (std::uint32_t number = 1; number <= 300; ++number) {
+    stage.wait(clock);
+    if (stage.step(clock) && mailbox.fetch()) {
+      EXPECT_EQ(mailbox.front().frame_number, number) << "the newest";
+      newest = number;
+    }
+    clock.advance(std::chrono::microseconds(3333));
+  }
+  EXPECT_GT(newest, 280U);
+  StageReport report;
+  stage.describe(report);
+  EXPECT_NEAR(static_cast<double>(report.outputs), 30, 2);
+  EXPECT_EQ(report.outputs + report.dropped, 300U);
+  EXPECT_NE(std::string(report.why.data()).find("faster than daemon.rate_hz = 30"), std::string::npos);
+  EXPECT_EQ(report.state, StageState::kRunning);
+}
+
+// Also of an image that is left out because they come too fast, and of one that cannot be used.
+TEST(ImageGrabStage, BusyIsTheTimeOfReadingNotOfWaitingOrOpening) {
+  for (const ReadOutcome outcome : {ReadOutcome::kFrame, ReadOutcome::kRefused}) {
+    for (const int work_ms : {1, 2, 8}) {
+      TripleBuffer<ImageFrame> mailbox;
+      TripleBuffer<MonotonicTime> announcement;
+      Doorbell bell;
+      FakeClock clock;
+      auto source = std::make_unique<WorkingSource<ImageSource, ImageFrame>>(
+          clock, std::chrono::milliseconds(2), std::chrono::milliseconds(work_ms));
+      source->outcome = outcome;
+      ImageGrabStage stage(std::move(source), PipelineSettings{}, mailbox, announcement, bell);
+      StageReport report;
+      for (int i = 0; i < 41; ++i) {  // one to open; after each image a look whether there is another
+        turn(stage, clock, report);
+      }
+      EXPECT_EQ(report.busy.count, 20U);
+      EXPECT_EQ(report.busy.max_ns, work_ms * 1'000'000);
+      EXPECT_EQ(*std::max_element(report.busy.buckets.begin(), report.busy.buckets.end()), 20U)
+          << "all alike";
+    }
+  }
+}
+
+TEST(ImageGrabStage, WaitingReadsNothing) {
+  const std::uint8_t* place = nullptr;
+  TripleBuffer<ImageFrame> mailbox;
+  mailbox.for_each_slot([](ImageFrame& frame) { frame.reserve(40, 30); });
+  TripleBuffer<MonotonicTime> announcement;
+  Doorbell bell;
+  ImageGrabStage stage(std::make_unique<PlacedImageSource>(place), PipelineSettings{}, mailbox, announcement,
+                       bell);
+  FakeClock clock;
+  stage.step(clock);  // opens the source
+  stage.wait(clock);
+  stage.wait(clock);
+  EXPECT_EQ(place, nullptr);
+  EXPECT_TRUE(stage.step(clock));
+  EXPECT_NE(place, nullptr);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ class OptimizerBench {
     }
     std::vector<CameraInlet> inlets;
     for (auto& camera : cameras) {
-      inlets.push_back({&camera.measurements, &camera.announcements});
+      inlets.push_back({&camera.measurements, &camera.announcements, nullptr, nullptr, &camera.views});
     }
     stage = std::make_unique<OptimizerStage>(std::move(estimators), outlets, inlets, em, PipelineSettings{},
                                              bell, publisher_bell);
@@ -48,9 +48,16 @@ class OptimizerBench {
     buffer.publish();
   }
 
+  void judge_view(int camera, ViewState state) {
+    auto& buffer = cameras[static_cast<std::size_t>(camera)].views;
+    buffer.back().state = state;
+    buffer.publish();
+  }
+
   struct CameraHandOver {
     TripleBuffer<ImageMeasurement> measurements;
     TripleBuffer<MonotonicTime> announcements;
+    TripleBuffer<ViewVerdict> views;
   };
   FakeClock clock;
   std::vector<std::vector<Observation>> asked;
@@ -157,7 +164,7 @@ TEST(OptimizerStage, WhatTheEstimatorsAskOfAnImageIsMeasuredAndExpectedOfTheNext
   ASSERT_NE(bench.asked.back().on_demand[0], nullptr);
   ImageArea some(96, 96);
   some.add_box({5, 5}, {20, 10});
-  bench.asked.back().on_demand[0]->require(some);
+  bench.asked.back().on_demand[0]->filter_missing(*bench.asked.back().images[0], some);
   bench.clock.advance(milliseconds(60));
   EXPECT_TRUE(bench.stage->step(bench.clock)) << "a tick";
   ASSERT_TRUE(bench.predictions.fetch());
@@ -215,6 +222,40 @@ TEST(OptimizerStage, TheNewestWordOfTheImageSourcesReachesTheEstimator) {
   EXPECT_FALSE(bench.asked[0].back().fluoroscopy_off);
 }
 
+TEST(OptimizerStage, ImagesOfAViewThatMovedAreLeftOutAndThoseOfTheOtherAreUsed) {
+  OptimizerBench bench;
+  for (const ViewState state :
+       {ViewState::kSuspect, ViewState::kMoved, ViewState::kStill, ViewState::kUnjudged}) {
+    const bool is_moved = state == ViewState::kSuspect || state == ViewState::kMoved;
+    bench.clock.advance(milliseconds(33));
+    bench.judge_view(0, state);
+    bench.measure(0, bench.clock.now());
+    bench.measure(1, bench.clock.now());
+    bench.stage->step(bench.clock);
+    const Observation& observation = bench.asked[0].back();
+    EXPECT_TRUE(observation.is_image_instant);
+    EXPECT_EQ(observation.images[0] == nullptr, is_moved);
+    EXPECT_NE(observation.images[1], nullptr);
+    EXPECT_EQ(observation.geometry_changed, is_moved);
+  }
+}
+
+TEST(OptimizerStage, AnImageThatIsLeftOutIsNotTheNewestThatWasUsed) {
+  OptimizerBench bench;
+  bench.clock.advance(milliseconds(33));
+  const MonotonicTime used = bench.clock.now();
+  bench.measure(0, used);
+  bench.stage->step(bench.clock);
+  bench.clock.advance(milliseconds(33));
+  bench.judge_view(0, ViewState::kMoved);
+  bench.measure(0, bench.clock.now());
+  bench.stage->step(bench.clock);
+  EXPECT_EQ(bench.asked[0].back().newest_image, used);
+  bench.clock.advance(milliseconds(60));
+  bench.stage->step(bench.clock);
+  EXPECT_TRUE(bench.asked[0].back().geometry_changed) << "between images too";
+}
+
 // A period of 33 ms later it would be more than a tenth of a second.
 TEST(OptimizerStage, ThatMeasurementsHaveBecomeStaleIsEstimatedAtOnceAndOnce) {
   OptimizerBench bench;
@@ -226,7 +267,7 @@ TEST(OptimizerStage, ThatMeasurementsHaveBecomeStaleIsEstimatedAtOnceAndOnce) {
     bench.stage->step(bench.clock);
     bench.clock.advance(milliseconds(25));
   }
-  constexpr std::chrono::microseconds kPatience{2300 * 25 + 20'000};
+  constexpr std::chrono::microseconds kTimeout{2300 * 25 + 20'000};
   int at_once = 0;
   bench.asked[0].clear();
   while (bench.clock.now() < frame.measured + milliseconds(500)) {
@@ -235,10 +276,60 @@ TEST(OptimizerStage, ThatMeasurementsHaveBecomeStaleIsEstimatedAtOnceAndOnce) {
   }
   for (const Observation& asked : bench.asked[0]) {
     const auto age = asked.now - frame.measured;
-    at_once += age > kPatience && age < kPatience + milliseconds(2) ? 1 : 0;
+    at_once += age > kTimeout && age < kTimeout + milliseconds(2) ? 1 : 0;
   }
   EXPECT_EQ(at_once, 1);
   EXPECT_LE(bench.asked[0].size(), 17U) << "475 ms at 30 Hz and that one";
+}
+
+TEST(OptimizerStage, AMeasurementThatCameBeforeTheImageIsInTheHistoryWhenTheImageIsTakenIn) {
+  OptimizerBench bench;
+  EmFrame frame;
+  frame.measured = bench.clock.now();
+  bench.em.push(frame);
+  bench.bell.ring();
+  bench.clock.advance(milliseconds(2));
+  bench.stage->wait(bench.clock);
+  EXPECT_FALSE(bench.stage->step(bench.clock)) << "no estimate is made for it";
+  EXPECT_TRUE(bench.asked[0].empty());
+  EXPECT_FALSE(bench.em.pop(frame)) << "it waits for the image no longer";
+  bench.measure(0, bench.clock.now());
+  EXPECT_TRUE(bench.stage->step(bench.clock));
+  ASSERT_EQ(bench.asked[0].size(), 1U);
+  EXPECT_EQ(bench.asked[0][0].em->size(), 1U);
+}
+
+/// When estimates are made within a second, with images every 50 ms and measurements every 25.
+std::vector<MonotonicTime> made_in_a_second(bool is_woken_by_measurements) {
+  OptimizerBench bench;
+  EmFrame frame;
+  for (int ms = 1; ms <= 1000; ++ms) {
+    bench.clock.advance(milliseconds(1));
+    const bool is_image = ms % 50 == 17;
+    const bool is_measurement = ms % 25 == 8;
+    if (is_image) {
+      bench.measure(0, bench.clock.now());
+    }
+    if (is_measurement) {
+      frame.measured = frame.received = bench.clock.now();
+      bench.em.push(frame);
+    }
+    if (is_image || ms % 11 == 0 || (is_measurement && is_woken_by_measurements)) {
+      bench.stage->step(bench.clock);
+    }
+  }
+  std::vector<MonotonicTime> made;
+  for (const Observation& asked : bench.asked[0]) {
+    made.push_back(asked.now);
+  }
+  return made;
+}
+
+TEST(OptimizerStage, MeasurementsWakeItButNoEstimateIsMadeForThem) {
+  const std::vector<MonotonicTime> woken = made_in_a_second(true);
+  EXPECT_GT(woken.size(), 25U);
+  EXPECT_LE(woken.size(), 31U);
+  EXPECT_EQ(woken.size(), made_in_a_second(false).size());
 }
 
 TEST(OptimizerStage, EmMeasurementsReachTheEstimatorInOrderOfTheirTime) {

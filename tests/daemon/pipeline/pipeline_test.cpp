@@ -17,8 +17,10 @@ using std::chrono::steady_clock;
 class Beat {
  public:
   explicit Beat(milliseconds period) : period_(period), next_(steady_clock::now() + period) {}
-  bool wait(MonotonicTime deadline) {
+  void wait(MonotonicTime deadline) const {
     std::this_thread::sleep_until(std::min<MonotonicTime>(deadline, next_));
+  }
+  bool take() {
     if (steady_clock::now() < next_) {
       return false;
     }
@@ -34,9 +36,10 @@ class Beat {
 class BeatingEmSource final : public EmSource {
  public:
   OpenResult open() override { return {true, {}}; }
-  ReadOutcome read(EmFrame& frame, MonotonicTime deadline) noexcept override {
-    if (!beat_.wait(deadline)) {
-      return ReadOutcome::kTimeout;
+  void wait(MonotonicTime deadline) noexcept override { beat_.wait(deadline); }
+  ReadOutcome read(EmFrame& frame) noexcept override {
+    if (!beat_.take()) {
+      return ReadOutcome::kNothing;
     }
     frame.measured = frame.received = steady_clock::now();
     frame.tracker_frame = ++number_;
@@ -52,9 +55,10 @@ class BeatingEmSource final : public EmSource {
 class BeatingImageSource final : public ImageSource {
  public:
   OpenResult open() override { return {true, {}}; }
-  ReadOutcome read(ImageFrame& frame, MonotonicTime deadline) noexcept override {
-    if (!beat_.wait(deadline)) {
-      return ReadOutcome::kTimeout;
+  void wait(MonotonicTime deadline) noexcept override { beat_.wait(deadline); }
+  ReadOutcome read(ImageFrame& frame) noexcept override {
+    if (!beat_.take()) {
+      return ReadOutcome::kNothing;
     }
     frame.exposure = frame.received = steady_clock::now();
     frame.frame_number = ++number_;
@@ -119,7 +123,7 @@ TEST(Pipeline, CarriesMeasurementsOfAllSourcesToTheOutlet) {
     with_images += observation.is_image_instant ? 1 : 0;
   }
   EXPECT_GT(with_images, 10);
-  EXPECT_EQ(running.outlet.stage_count, 7U) << "em, two grabs, two Frangis, optimizer, publisher";
+  EXPECT_EQ(running.outlet.stage_count, 9U) << "em, two grabs, two Frangis, two views, optimizer, publisher";
 }
 
 TEST(Pipeline, EndsQuicklyAndCanBeMadeAgain) {

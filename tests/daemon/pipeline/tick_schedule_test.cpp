@@ -17,8 +17,8 @@ constexpr MonotonicTime kStart = from_ns(1'000'000'000'000);
 struct Count {
   int images = 0;
   int ticks = 0;
-  nanoseconds longest_gap{0};
-  nanoseconds shortest_tick_gap{std::chrono::hours(1)};
+  nanoseconds max_gap{0};
+  nanoseconds min_tick_gap{std::chrono::hours(1)};
 };
 
 // Ten seconds with an image every `image_period`, on a clock of 0.1 ms steps.
@@ -33,9 +33,9 @@ Count run(nanoseconds image_period, nanoseconds images_end = std::chrono::hours(
     const bool tick = !image && now >= schedule.next_tick();
     if (image || tick) {
       (image ? count.images : count.ticks) += 1;
-      count.longest_gap = std::max(count.longest_gap, nanoseconds(now - previous));
-      count.shortest_tick_gap =
-          tick ? std::min(count.shortest_tick_gap, nanoseconds(now - previous)) : count.shortest_tick_gap;
+      count.max_gap = std::max(count.max_gap, nanoseconds(now - previous));
+      count.min_tick_gap =
+          tick ? std::min(count.min_tick_gap, nanoseconds(now - previous)) : count.min_tick_gap;
       previous = now;
       schedule.paid(now);
     }
@@ -48,7 +48,7 @@ TEST(TickSchedule, WithoutImagesTheClockMakesThirtyASecond) {
   const Count count = run(std::chrono::hours(1));
   EXPECT_EQ(count.images, 0);
   EXPECT_NEAR(count.ticks, 300, 1);
-  EXPECT_LE(count.longest_gap, kPeriod + kGrace + kClockStep);
+  EXPECT_LE(count.max_gap, kPeriod + kGrace + kClockStep);
 }
 
 TEST(TickSchedule, WithThirtyImagesASecondThereIsNoTick) {
@@ -73,7 +73,7 @@ TEST(TickSchedule, FasterImagesAreNotThinnedOut) {
 
 TEST(TickSchedule, WhenImagesStopTheFirstTickComesWithinTwoPeriods) {
   const Count count = run(nanoseconds(16'666'667), std::chrono::seconds(5));
-  EXPECT_LE(count.longest_gap, 2 * kPeriod);
+  EXPECT_LE(count.max_gap, 2 * kPeriod);
 }
 
 TEST(TickSchedule, AStallIsNotMadeUpForByABurst) {

@@ -5,9 +5,11 @@
 
 #include <numeric>
 #include <string>
+#include <type_traits>
 
 #include "daemon/publishing/published_values.hpp"
 #include "idl/estimate.hpp"
+#include "idl/wire_fields.h"
 
 namespace tubed {
 
@@ -16,6 +18,30 @@ void fill(Array& array, double first) {
   for (std::size_t k = 0; k < array.size(); ++k) {
     array[k] = static_cast<typename Array::value_type>(first + static_cast<double>(k) / 8);
   }
+}
+
+/// Gives a number of the estimate that is still zero a value of its own: fields that nobody names below.
+struct FillUnnamed {
+  double next = 900;
+  template <typename Field>
+  void operator()(Field& field) {
+    next += 1;
+    if constexpr (std::is_arithmetic_v<Field> && !std::is_same_v<Field, bool>) {
+      if (field == Field{}) field = static_cast<Field>(next);
+    }
+  }
+};
+
+/// All fields that the .idl file and the estimate have under one name.
+template <typename Estimate>
+void fill_unnamed(Estimate& estimate) {
+  FillUnnamed fill_field;
+#define TUBED_FILL(field) \
+  if constexpr (requires { estimate.field; }) fill_field(estimate.field);
+#define TUBED_FILL_LIST(list, count)
+  TUBED_FIELDS_OF_TubeEstimate(TUBED_FILL, TUBED_FILL_LIST)
+#undef TUBED_FILL
+#undef TUBED_FILL_LIST
 }
 
 inline TubeEstimate distinct_estimate() {
@@ -56,6 +82,7 @@ inline TubeEstimate distinct_estimate() {
                          .angle_rad = 7000 + number};
   }
   estimate.stamps = {111, 112, 113, 114, 115, 116, 117, 118};
+  fill_unnamed(estimate);
   return estimate;
 }
 

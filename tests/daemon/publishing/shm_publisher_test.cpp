@@ -19,7 +19,7 @@ ShmReaderSettings estimates_at(const std::string& socket) {
   return {.path = socket,
           .content = TUBED_SHM_ESTIMATES,
           .content_version = TUBED_SHM_ESTIMATES_VERSION,
-          .patience_ms = 5000,
+          .timeout_ms = 5000,
           .trusted = {}};
 }
 
@@ -69,6 +69,12 @@ TEST(ShmPublisher, AnEstimateIsReadAsDdsWouldCarryIt) {
   EXPECT_TRUE(std::isnan(got->coils[0].position_mm));
   EXPECT_EQ(got->stamps.exposure_monotonic_ns, 900);
   EXPECT_EQ(got->stamps.publish_started_monotonic_ns, 5000);
+}
+
+TEST(ShmPublisher, FewReadersLeaveNothingForAnotherThreadToWake) {
+  const ShmFolder folder;
+  ShmPublisher publisher({folder.socket(), ""}, {"left"}, 1);
+  EXPECT_FALSE(publisher.publish(*std::make_unique<TubeEstimate>()));
 }
 
 TEST(ShmPublisher, AGroupThatDoesNotExistIsAnError) {

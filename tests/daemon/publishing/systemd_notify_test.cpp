@@ -58,7 +58,7 @@ TEST(SystemdNotify, IsReadyWithTheFirstEstimateAndNotBefore) {
   EXPECT_EQ(manager.take(), "");
 }
 
-TEST(SystemdNotify, EstimatesFeedTheWatchdogFourTimesWithinItsPatience) {
+TEST(SystemdNotify, EstimatesFeedTheWatchdogFourTimesWithinItsTimeout) {
   Listener manager;
   SystemdNotify notify({manager.name(), milliseconds(2000)});
   for (int ms = 0; ms < 2000; ms += 20) {

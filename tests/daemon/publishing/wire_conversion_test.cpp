@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
+#include <string>
+#include <type_traits>
+
+#include "idl/wire_fields.h"
 #include "tests/daemon/publishing/distinct_values.hpp"
 
 namespace tubed {
@@ -30,6 +36,48 @@ TEST(WireConversion, EveryScalarOfAnEstimateIsFoundInItsField) {
   EXPECT_EQ(wire.image_inlier_ratio, estimate.image_inlier_ratio);
   EXPECT_EQ(wire.in_view_ratio, estimate.in_view_ratio);
   EXPECT_EQ(wire.iterations, estimate.iterations);
+}
+
+/// Remembers the numbers of a struct; a bool or a struct is none.
+struct Numbers {
+  std::map<std::string, double> values;
+  template <typename Field>
+  void operator()(const char* name, const Field& field) {
+    if constexpr (std::is_arithmetic_v<Field> && !std::is_same_v<Field, bool>) {
+      values.emplace(name, static_cast<double>(field));
+    }
+  }
+};
+
+/// The numbers that `sample` has under the names of TubeEstimate.idl.
+template <typename Sample>
+std::map<std::string, double> numbers_of(const Sample& sample) {
+  Numbers numbers;
+#define TUBED_NUMBER(field) \
+  if constexpr (requires { sample.field; }) numbers(#field, sample.field);
+#define TUBED_NO_NUMBER(list, count)
+  TUBED_FIELDS_OF_TubeEstimate(TUBED_NUMBER, TUBED_NO_NUMBER)
+#undef TUBED_NUMBER
+#undef TUBED_NO_NUMBER
+      return numbers.values;
+}
+
+TEST(WireConversion, AFieldThatNoTestNamesIsFoundInItsPlaceToo) {
+  const TubeEstimate estimate = distinct_estimate();
+  tubed_TubeEstimate wire{};
+
+  to_wire(estimate, kNow, wire);
+
+  std::map<std::string, double> sent = numbers_of(estimate);
+  const std::map<std::string, double> found = numbers_of(wire);
+  sent["valid_time_ns"] = static_cast<double>(wire.valid_time_ns);  // of another clock
+  std::set<double> values;
+  for (const auto& [name, value] : sent) {
+    EXPECT_EQ(found.at(name), value) << name;
+    EXPECT_NE(value, 0) << name;
+    EXPECT_TRUE(values.insert(value).second) << name << " cannot be told from another field";
+  }
+  EXPECT_GE(sent.size(), 14U);
 }
 
 TEST(WireConversion, EveryPointCoefficientAndCoilOfAnEstimateIsFoundInItsPlace) {

@@ -51,8 +51,8 @@ TEST_P(LinkSearchWhileWaiting, TriesTheLikelyRateAnd9600TwiceASecondWhateverElse
   for (int i = 0; i < 1000; ++i) {
     const SearchStep step = search.step();
     tried.insert(step.rate);
-    since_9600 = step.rate == BaudRate::k9600 ? milliseconds(0) : since_9600 + step.patience;
-    since_likely = step.rate == BaudRate::k115200 ? milliseconds(0) : since_likely + step.patience;
+    since_9600 = step.rate == BaudRate::k9600 ? milliseconds(0) : since_9600 + step.timeout;
+    since_likely = step.rate == BaudRate::k115200 ? milliseconds(0) : since_likely + step.timeout;
     ASSERT_LE(since_9600, milliseconds(400)) << i;
     ASSERT_LE(since_likely, milliseconds(600)) << i;
     search.advance();
@@ -67,7 +67,7 @@ TEST_P(LinkSearchWhileWaiting, SendsABreakAfterEightSecondsAndThenOnceAMinute) {
     if (search.step().serial_break) {
       breaks_s.push_back(now_s);
     }
-    now_s += static_cast<double>(search.step().patience.count()) * 1e-3;
+    now_s += static_cast<double>(search.step().timeout.count()) * 1e-3;
     search.advance();
   }
   ASSERT_EQ(breaks_s.size(), 3U);

@@ -4,6 +4,7 @@
 
 #include "drivers/aurora_can/aurora_can_driver.hpp"
 #include "drivers/aurora_can/can_packer.hpp"
+#include "drivers/interface/read_until.hpp"
 #include "tests/drivers/aurora_can/paired_port.hpp"
 
 namespace tubed {
@@ -13,7 +14,7 @@ using std::chrono::milliseconds;
 
 DriverSettings default_settings() {
   std::map<std::string, SettingValue> values;
-  for (const SettingDescription& setting : aurora_can_settings()) {
+  for (const KeyDescription& setting : aurora_can_settings()) {
     values[setting.name] = setting.default_value;
   }
   return DriverSettings(std::move(values));
@@ -36,7 +37,7 @@ class AuroraCanSourceTest : public testing::TestWithParam<CanLayout> {
 
   void SetUp() override {
     ASSERT_TRUE(source.open().ok);
-    ASSERT_EQ(read(), ReadOutcome::kTimeout);  // which opens the port
+    ASSERT_EQ(read(), ReadOutcome::kNothing);  // which opens the port
   }
 
   static CanReport report(std::uint32_t number) {
@@ -56,13 +57,13 @@ class AuroraCanSourceTest : public testing::TestWithParam<CanLayout> {
     const auto packed = packer.pack(of, monotonic_now());
     return {packed.begin(), packed.end()};
   }
-  ReadOutcome read() { return source.read(frame, at_once()); }
-  /// Until read() gives something else than kTimeout, or the time is over.
+  ReadOutcome read() { return source.read(frame); }
+  /// Until read() gives something else than kNothing, or the time is over.
   ReadOutcome read_for(std::chrono::nanoseconds longest) {
     const MonotonicTime end = monotonic_now() + longest;
-    ReadOutcome outcome = ReadOutcome::kTimeout;
-    while (outcome == ReadOutcome::kTimeout && monotonic_now() < end) {
-      outcome = source.read(frame, end);
+    ReadOutcome outcome = ReadOutcome::kNothing;
+    while (outcome == ReadOutcome::kNothing && monotonic_now() < end) {
+      outcome = read_until(source, frame, end);
     }
     return outcome;
   }
@@ -72,7 +73,7 @@ class AuroraCanSourceTest : public testing::TestWithParam<CanLayout> {
   /// Reads, and nothing may come, until the words of the source hold `word`; false: not within `longest`.
   bool says_within(std::chrono::nanoseconds longest, const char* word) {
     for (const MonotonicTime end = monotonic_now() + longest; !says(word) && monotonic_now() < end;) {
-      EXPECT_EQ(source.read(frame, monotonic_now() + milliseconds(20)), ReadOutcome::kTimeout);
+      EXPECT_EQ(read_until(source, frame, monotonic_now() + milliseconds(20)), ReadOutcome::kNothing);
     }
     return says(word);
   }
@@ -95,6 +96,30 @@ TEST_P(AuroraCanSourceTest, AMeasurementArrivesWhole) {
     EXPECT_NEAR(frame.coils[i].p_em_mm.x(), 10.0 * static_cast<double>(i), 1e-9);
     EXPECT_NEAR(frame.coils[i].tangent_em.z(), 1, 1e-9);
   }
+}
+
+TEST_P(AuroraCanSourceTest, WaitingEndsWhenAFrameIsThereAndTakesNone) {
+  const MonotonicTime soon = monotonic_now() + milliseconds(5);
+  source.wait(soon);
+  EXPECT_GE(monotonic_now(), soon) << "there is none";
+  bus.send(frames(report(10)));
+  const MonotonicTime began = monotonic_now();
+  for (int i = 0; i < 3; ++i) {
+    source.wait(began + std::chrono::minutes(1));
+  }
+  EXPECT_LT(monotonic_now(), began + milliseconds(500));
+  EXPECT_EQ(read(), ReadOutcome::kFrame);
+}
+
+TEST_P(AuroraCanSourceTest, WaitingEndsWhenAMeasurementWillNotBecomeWhole) {
+  auto sent = frames(report(10));
+  sent.pop_back();
+  bus.send(sent);
+  EXPECT_EQ(read(), ReadOutcome::kNothing) << "a frame may follow";
+  const MonotonicTime began = monotonic_now();
+  source.wait(began + milliseconds(900));
+  EXPECT_LT(monotonic_now(), began + milliseconds(500));
+  EXPECT_EQ(read(), ReadOutcome::kFrame);
 }
 
 TEST_P(AuroraCanSourceTest, TheTimeIsThatOfTheMeasurementNotOfItsArrival) {
@@ -165,7 +190,7 @@ TEST_P(AuroraCanSourceTest, ARepeatedMeasurementIsNotANewOne) {
   bus.send(sent);
   ASSERT_EQ(read(), ReadOutcome::kFrame);
   bus.send(sent);
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
 }
 
 TEST_P(AuroraCanSourceTest, ACoilThatLeapsIsNotBelievedAtOnce) {
@@ -190,7 +215,7 @@ TEST_P(AuroraCanSourceTest, NothingIsHandedOnBeforeItsOriginIsKnown) {
   auto first = frames(report(10));
   first.erase(first.begin() + 2);  // STATUS
   bus.send(first);
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
   for (std::uint32_t number = 11; number <= 11 + CanPacker::kStatusEvery; ++number) {
     bus.send(frames(report(number)));
     if (read() == ReadOutcome::kFrame) {
@@ -202,19 +227,19 @@ TEST_P(AuroraCanSourceTest, NothingIsHandedOnBeforeItsOriginIsKnown) {
 
 TEST_P(AuroraCanSourceTest, BusOffIsToldInWordsEachTimeItHappens) {
   bus.send_error(CAN_ERR_BUSOFF);
-  ASSERT_EQ(read(), ReadOutcome::kTimeout);
+  ASSERT_EQ(read(), ReadOutcome::kNothing);
   EXPECT_TRUE(says("can0 is bus-off")) << words();
   EXPECT_EQ(state(), DeviceState::kStarting);
   bus.send_error(CAN_ERR_BUSOFF);
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
   bus.send_error(CAN_ERR_RESTARTED);
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
   bus.send(frames(report(10)));
   ASSERT_EQ(read(), ReadOutcome::kFrame);
   EXPECT_EQ(words(), "");
   EXPECT_EQ(state(), DeviceState::kRunning);
   bus.send_error(CAN_ERR_BUSOFF);
-  ASSERT_EQ(read(), ReadOutcome::kTimeout);
+  ASSERT_EQ(read(), ReadOutcome::kNothing);
   EXPECT_TRUE(says("restarted 1 times")) << words();
   EXPECT_EQ(state(), DeviceState::kReconnecting);
   EXPECT_EQ(source.counts().bus_offs, 3U);
@@ -223,7 +248,7 @@ TEST_P(AuroraCanSourceTest, BusOffIsToldInWordsEachTimeItHappens) {
 
 TEST_P(AuroraCanSourceTest, SilenceOfABusThatIsOffIsNoNews) {
   bus.send_error(CAN_ERR_BUSOFF);
-  ASSERT_EQ(read(), ReadOutcome::kTimeout);
+  ASSERT_EQ(read(), ReadOutcome::kNothing);
   const std::string off = words();
   EXPECT_TRUE(says("is bus-off")) << off;
   EXPECT_FALSE(says_within(milliseconds(2200), "can-gateway"));
@@ -239,15 +264,15 @@ TEST_P(AuroraCanSourceTest, AnInterfaceThatWentDownIsFoundAgainWithoutARestart) 
   ASSERT_EQ(read(), ReadOutcome::kFrame);
   bus.refuses_with = ENETDOWN;
   bus.unplug();
-  ASSERT_EQ(read(), ReadOutcome::kTimeout);
+  ASSERT_EQ(read(), ReadOutcome::kNothing);
   EXPECT_TRUE(says("is not there")) << words();
   EXPECT_EQ(state(), DeviceState::kReconnecting);
   EXPECT_TRUE(says_within(milliseconds(300), "can0 is down: `ip link set")) << words();
   const int openings = bus.openings;
-  EXPECT_EQ(read_for(milliseconds(500)), ReadOutcome::kTimeout);
+  EXPECT_EQ(read_for(milliseconds(500)), ReadOutcome::kNothing);
   EXPECT_NEAR(bus.openings - openings, 5, 2) << "ten times a second";
   bus.refuses_with = 0;
-  EXPECT_EQ(read_for(milliseconds(150)), ReadOutcome::kTimeout);
+  EXPECT_EQ(read_for(milliseconds(150)), ReadOutcome::kNothing);
   bus.send(frames(report(50)));
   EXPECT_EQ(read(), ReadOutcome::kFrame);
   EXPECT_EQ(state(), DeviceState::kRunning);
@@ -274,7 +299,7 @@ TEST_P(AuroraCanSourceTest, AGatewayWithFewerCoilsIsToldWhileTheOthersAreMeasure
 TEST_P(AuroraCanSourceTest, FramesOfAnotherBaseAreNotHeard) {
   CanPacker elsewhere(GetParam(), kCoils, aurora::CanBase{0x680});
   bus.send(elsewhere.pack(report(10), monotonic_now()));
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
   EXPECT_EQ(source.assembler_counts().measurements, 0U);
   EXPECT_GT(source.assembler_counts().foreign, 0U);
 }
@@ -285,11 +310,11 @@ TEST_P(AuroraCanSourceTest, IdentifiersOf29BitsCarryTheSame) {
   Bus other_bus;
   AuroraCanSource other(room_with(kCoils), settings, std::make_unique<PairedPort>(other_bus));
   ASSERT_TRUE(other.open().ok);
-  ASSERT_EQ(other.read(frame, at_once()), ReadOutcome::kTimeout);  // which opens the port
+  ASSERT_EQ(other.read(frame), ReadOutcome::kNothing);  // which opens the port
   CanPacker extended(GetParam(), kCoils, aurora::CanBase{0x18FF'5000 | aurora::kCanExtended});
   other_bus.send(frames(report(9)));  // of base 0x300
   other_bus.send(extended.pack(report(10), monotonic_now()));
-  ASSERT_EQ(other.read(frame, at_once()), ReadOutcome::kFrame);
+  ASSERT_EQ(other.read(frame), ReadOutcome::kFrame);
   EXPECT_EQ(frame.tracker_frame, 80U);
   EXPECT_EQ(frame.coils[2].status, CoilStatus::kOk);
 }
@@ -313,7 +338,7 @@ TEST_P(AuroraCanSourceTest, AfterTheTrackerWasAwayItsOriginIsAskedForAgain) {
   auto first = frames(simulated);
   first.erase(first.begin() + 2);  // STATUS
   bus.send(first);
-  EXPECT_EQ(read(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read(), ReadOutcome::kNothing);
   for (std::uint32_t number = 11; number <= 11 + CanPacker::kStatusEvery; ++number) {
     simulated.sync = report(number).sync;
     bus.send(frames(simulated));

@@ -9,22 +9,22 @@ namespace {
 
 // ISO 11898-1; K. Tindell's worst case of 135 bits for 8 bytes.
 TEST(BusLoad, AClassicFrameOfEightBytesHas135Bits) {
-  EXPECT_EQ(most_frame_bits(8).nominal, 135);
-  EXPECT_EQ(most_frame_bits(8).data, 0);
+  EXPECT_EQ(max_frame_bits(8).nominal, 135);
+  EXPECT_EQ(max_frame_bits(8).data, 0);
 }
 
 // A head of 39 bits instead of 19 (SRR, 18 more of the identifier, r1), and a stuff bit for every four of
 // these.
 TEST(BusLoad, AnIdentifierOf29BitsCosts20BitsAndTheirStuffBits) {
-  EXPECT_EQ(most_frame_bits(8, aurora::CanIdentifierSize::kExtended).nominal, 135 + 25);
-  EXPECT_EQ(most_frame_bits(48, aurora::CanIdentifierSize::kExtended).nominal, 33 + 19 + 4);
+  EXPECT_EQ(max_frame_bits(8, aurora::CanIdentifierSize::kExtended).nominal, 135 + 25);
+  EXPECT_EQ(max_frame_bits(48, aurora::CanIdentifierSize::kExtended).nominal, 33 + 19 + 4);
 }
 
 TEST(BusLoad, AnFdFrameOf48BytesSwitchesItsRate) {
-  EXPECT_EQ(most_frame_bits(48).nominal, 33);
-  EXPECT_EQ(most_frame_bits(48).data, 519);
-  EXPECT_NEAR(most_frame_bits(48).seconds({500e3, 2e6}), 325.5e-6, 1e-9);
-  EXPECT_NEAR(most_frame_bits(48).seconds({1e6, 5e6}), 136.8e-6, 1e-9);
+  EXPECT_EQ(max_frame_bits(48).nominal, 33);
+  EXPECT_EQ(max_frame_bits(48).data, 519);
+  EXPECT_NEAR(max_frame_bits(48).seconds({500e3, 2e6}), 325.5e-6, 1e-9);
+  EXPECT_NEAR(max_frame_bits(48).seconds({1e6, 5e6}), 136.8e-6, 1e-9);
 }
 
 /// Bits of a classic frame as they go over the wire, stuffed; without the tail.
@@ -78,7 +78,7 @@ TEST(BusLoad, NoFrameThatThePackerSendsIsLongerThanTheLongest) {
       longest = std::max(longest, stuffed_bits(frame) + 13);
     }
   }
-  EXPECT_LE(longest, most_frame_bits(8).nominal);
+  EXPECT_LE(longest, max_frame_bits(8).nominal);
   EXPECT_GT(longest, 111) << "no frame was stuffed at all";
 }
 

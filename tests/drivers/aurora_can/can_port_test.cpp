@@ -133,6 +133,7 @@ TEST(CanInterfaceTest, HasWordsForEveryUsualReason) {
     return std::string(describe_can_error(error)).find(word) != std::string::npos;
   };
   EXPECT_TRUE(says(EAFNOSUPPORT, "modprobe can_raw"));
+  EXPECT_TRUE(says(EAFNOSUPPORT, "/usr/share/tubed/can.conf"));
   EXPECT_TRUE(says(EPERM, "raw CAN sockets"));
   EXPECT_TRUE(says(ENODEV, "is not there"));
   EXPECT_TRUE(says(ENETDOWN, "is down"));

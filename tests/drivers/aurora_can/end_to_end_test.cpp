@@ -16,7 +16,7 @@ class Gateway : public testing::TestWithParam<CanLayout> {
   static constexpr int kCoils = 5;
   static AuroraCanSource make_source(Bus& bus) {
     std::map<std::string, SettingValue> values;
-    for (const SettingDescription& setting : aurora_can_settings()) {
+    for (const KeyDescription& setting : aurora_can_settings()) {
       values[setting.name] = setting.default_value;
     }
     RoomDescription room;
@@ -27,7 +27,7 @@ class Gateway : public testing::TestWithParam<CanLayout> {
     return {room, DriverSettings(std::move(values)), std::make_unique<PairedPort>(bus)};
   }
   /// Opens the port, which the first read does.
-  bool connect() { return can.open().ok && can.read(frame, at_once()) == ReadOutcome::kTimeout; }
+  bool connect() { return can.open().ok && can.read(frame) == ReadOutcome::kNothing; }
   void forward() { bus.send(packer.pack(can_report(serial.session, serial.frame), serial.line.time)); }
 
   Bus bus;
@@ -44,7 +44,7 @@ TEST_P(Gateway, PosesAreTheSameWithinTheStepsOfTheEncoding) {
   for (int n = 0; n < 400; ++n) {
     ASSERT_TRUE(serial.run_until(aurora::Session::Event::kMeasurement));
     forward();
-    ASSERT_EQ(can.read(frame, at_once()), ReadOutcome::kFrame) << n;
+    ASSERT_EQ(can.read(frame), ReadOutcome::kFrame) << n;
     EXPECT_EQ(frame.tracker_frame, serial.frame.tracker_frame);
     EXPECT_EQ(frame.origin, Origin::kSimulated);
     ASSERT_EQ(frame.coil_count, serial.frame.coil_count);
@@ -67,7 +67,7 @@ TEST_P(Gateway, APulledPlugIsDisabledAtTheOtherEnd) {
   for (int n = 0; n < 40; ++n) {
     ASSERT_TRUE(serial.run_until(aurora::Session::Event::kMeasurement));
     forward();
-    ASSERT_EQ(can.read(frame, at_once()), ReadOutcome::kFrame);
+    ASSERT_EQ(can.read(frame), ReadOutcome::kFrame);
   }
   EXPECT_EQ(frame.coils[0].status, CoilStatus::kOk);
   EXPECT_EQ(frame.coils[2].status, CoilStatus::kDisabled);

@@ -1,4 +1,4 @@
-// A CanPort at a socket pair, and who is at the other end of the bus.
+// A CanPort at a socket pair, and the other end of the bus.
 #pragma once
 
 #include <linux/can.h>

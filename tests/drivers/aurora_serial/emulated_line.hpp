@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drivers/aurora/byte_channel.hpp"
-#include "drivers/simulation/aurora_emulator/device.hpp"
+#include "drivers/laboratory/aurora_emulator/device.hpp"
 
 namespace tubed::aurora {
 
@@ -67,24 +67,26 @@ class EmulatedLine final : public ByteChannel {
     device_.receive(as_bytes(text), rate, time);
     return device_.connected(time);
   }
-  Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
+  /// Until read() has something, or the tracker is gone; at most until `deadline`.
+  void wait(MonotonicTime deadline) noexcept {
     for (;;) {
       device_.transmit(time, rate, waiting_);
-      if (!device_.connected(time)) {
-        return {0, true};
-      }
-      if (!waiting_.empty()) {
-        const std::size_t size = std::min(room.size(), waiting_.size());
-        std::copy_n(waiting_.begin(), size, room.begin());
-        waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
-        return {size, false};
-      }
-      if (time >= deadline) {
-        return {};
+      if (!device_.connected(time) || !waiting_.empty() || time >= deadline) {
+        return;
       }
       const MonotonicTime next = std::max(device_.next_event(), time + portion);
       time = std::max(time + microseconds(1), std::min({next, deadline, time + milliseconds(50)}));
     }
+  }
+  Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
+    wait(deadline);
+    if (!device_.connected(time)) {
+      return {0, true};
+    }
+    const std::size_t size = std::min(room.size(), waiting_.size());
+    std::copy_n(waiting_.begin(), size, room.begin());
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(size));
+    return {size, false};
   }
   bool knows_baud(int bits_per_second) noexcept override { return bits_per_second <= fastest; }
   bool set_baud(int bits_per_second) noexcept override {

@@ -5,7 +5,7 @@
 #include <cerrno>
 
 #include "drivers/aurora_serial/serial_port.hpp"
-#include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
+#include "drivers/laboratory/aurora_emulator/pseudo_terminal.hpp"
 #include "tests/drivers/aurora_serial/other_program.hpp"
 #include "tests/drivers/aurora_serial/session_bench.hpp"
 #include "tests/support/counted_allocations.hpp"

@@ -7,7 +7,7 @@
 
 #include "drivers/aurora_serial/serial_port.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
-#include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
+#include "drivers/laboratory/aurora_emulator/pseudo_terminal.hpp"
 #include "tests/drivers/aurora_serial/other_program.hpp"
 
 namespace tubed {

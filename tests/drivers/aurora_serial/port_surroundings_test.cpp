@@ -13,7 +13,7 @@
 #include <functional>
 
 #include "drivers/aurora_serial/serial_port.hpp"
-#include "drivers/simulation/aurora_emulator/pseudo_terminal.hpp"
+#include "drivers/laboratory/aurora_emulator/pseudo_terminal.hpp"
 
 namespace tubed {
 namespace {

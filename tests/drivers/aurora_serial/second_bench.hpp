@@ -133,7 +133,7 @@ class SecondBench {
   double oldest_ms = -1e9;   ///< by how much the most stale pose was older than its time says
   double earliest_ms = 1e9;  ///< by how much the freshest one was younger, negative
   MonotonicTime last_measurement{};
-  std::chrono::nanoseconds longest_gap{0};
+  std::chrono::nanoseconds max_gap{0};
 
  private:
   static SessionSettings session_settings(const second_aurora::Settings& settings, BaudRate rate) {
@@ -166,7 +166,7 @@ class SecondBench {
 
   void compare() {
     const second_aurora::Truth& truth = truths_[frame.tracker_frame / 8 % kKept];
-    longest_gap = measurements++ > 0 ? std::max(longest_gap, frame.received - last_measurement) : longest_gap;
+    max_gap = measurements++ > 0 ? std::max(max_gap, frame.received - last_measurement) : max_gap;
     last_measurement = frame.received;
     if (truth.frame != frame.tracker_frame) {
       ++wrong;

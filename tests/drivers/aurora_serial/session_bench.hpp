@@ -34,6 +34,12 @@ inline double max_of(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
+/// How a session is run.
+enum class Pace {
+  kInSlices,  ///< of 5 ms, and it waits itself
+  kWhenDue    ///< it never waits: when bytes have come, or it says that something is due
+};
+
 /// Five coils unless said otherwise. Everything that the session says is compared with what is true.
 class SessionBench {
  public:
@@ -94,18 +100,33 @@ class SessionBench {
   std::vector<std::string> problems;
   std::uint64_t measurements = 0;
   std::uint64_t wrong = 0;  ///< coils that were not there when the frame was measured, or are not as reported
-  std::uint64_t spoilt = 0;              ///< coils that were not OK
-  bool poses_are_true = true;            ///< false: the tracker itself is stuck
-  std::uint64_t longest_gap_frames = 0;  ///< measurements not seen, in a row
-  std::vector<double> time_errors_ms;    ///< measured - truth
-  std::vector<double> ages_ms;           ///< received - truth
+  std::uint64_t spoilt = 0;            ///< coils that were not OK
+  bool poses_are_true = true;          ///< false: the tracker itself is stuck
+  std::uint64_t max_gap_frames = 0;    ///< measurements not seen, in a row
+  std::vector<double> time_errors_ms;  ///< measured - truth
+  std::vector<double> ages_ms;         ///< received - truth
   /// Of `fault`: tracking replies from the one struck to the next one that was understood.
-  std::uint64_t most_replies_to_resynchronise = 0;
+  std::uint64_t max_replies_to_resynchronise = 0;
   std::optional<emulator::Fault> watched;
+  Pace pace = Pace::kInSlices;
+  std::uint64_t runs = 0;
 
  private:
+  Event run_session(MonotonicTime end) {
+    ++runs;
+    if (pace == Pace::kInSlices) {
+      return session.run(std::min(end, line.time + milliseconds(5)), frame);
+    }
+    const Event event = session.run(line.time, frame);
+    line.time += microseconds(10);  // a session that says "now" for ever does not stop the time
+    if (event == Event::kQuiet) {
+      line.wait(std::min(end, session.due()));
+    }
+    return event;
+  }
+
   Event run_once(MonotonicTime end) {
-    const Event event = session.run(std::min(end, line.time + milliseconds(5)), frame);
+    const Event event = run_session(end);
     watch();
     if (event == Event::kProblem) {
       problems.emplace_back(session.problem().text());
@@ -129,7 +150,7 @@ class SessionBench {
       replies_when_struck_ = replies;
       resynchronising_ = true;
     } else if (resynchronising_ && understood != understood_) {
-      most_replies_to_resynchronise = std::max(most_replies_to_resynchronise, replies - replies_when_struck_);
+      max_replies_to_resynchronise = std::max(max_replies_to_resynchronise, replies - replies_when_struck_);
       resynchronising_ = false;
     }
     understood_ = understood;
@@ -141,7 +162,7 @@ class SessionBench {
     const MonotonicTime truth = reported.time;
     if (measurements++ > 0) {
       const std::uint32_t step = (frame.tracker_frame - last_frame_) / 8;
-      longest_gap_frames = std::max<std::uint64_t>(longest_gap_frames, step - 1);
+      max_gap_frames = std::max<std::uint64_t>(max_gap_frames, step - 1);
     }
     last_frame_ = frame.tracker_frame;
     time_errors_ms.push_back(1e3 * seconds_between(truth, frame.measured));

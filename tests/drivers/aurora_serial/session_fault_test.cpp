@@ -14,9 +14,9 @@ using Event = Session::Event;
 
 struct FaultCase {
   Fault fault;
-  double lost_each;           ///< measurements that one fault may cost, on average
-  std::uint64_t longest_gap;  ///< measurements not seen in a row, at 1 %
-  double time_p95_ms = 1;     ///< error of the time of measurement
+  double lost_each;        ///< measurements that one fault may cost, on average
+  std::uint64_t max_gap;   ///< measurements not seen in a row, at 1 %
+  double time_p95_ms = 1;  ///< error of the time of measurement
 };
 
 // A reply takes 20 of 25 ms on the line. What is damaged and ends in time costs itself and 20 ms of quiet;
@@ -60,7 +60,7 @@ TEST_P(SessionUnderFaults, AcceptsNoWrongPoseAndLosesNoMoreThanTheFaultTakes) {
       "%-12s %4.0f %%  struck %6.0f  lost %5.2f %%  each %.2f  longest gap %2lu  in step after %lu replies  "
       "wrong %lu  time p95 %.2f ms, oldest %.2f ms\n",
       std::string(emulator::fault_name(fault.fault)).c_str(), 100 * probability, struck,
-      100 * (1 - got / measured), lost_each, bench.longest_gap_frames, bench.most_replies_to_resynchronise,
+      100 * (1 - got / measured), lost_each, bench.max_gap_frames, bench.max_replies_to_resynchronise,
       bench.wrong, percentile_of_absolute(bench.time_errors_ms, 0.95), max_of(bench.time_errors_ms));
   EXPECT_GT(struck, probability * replies_a_case() / 4);
   EXPECT_EQ(bench.wrong, 0U);
@@ -71,10 +71,10 @@ TEST_P(SessionUnderFaults, AcceptsNoWrongPoseAndLosesNoMoreThanTheFaultTakes) {
   EXPECT_LT(percentile_of_absolute(bench.time_errors_ms, 0.95), fault.time_p95_ms);
   EXPECT_LE(max_of(bench.time_errors_ms), kMaxStaleMs);
   if (probability < 0.05 && replies_a_case() <= 100'000) {  // in a million three come in a row
-    EXPECT_LE(bench.longest_gap_frames, fault.longest_gap);
+    EXPECT_LE(bench.max_gap_frames, fault.max_gap);
   }
   // The first whole reply behind a damaged one is understood, whatever came before.
-  EXPECT_LE(bench.most_replies_to_resynchronise, 1U);
+  EXPECT_LE(bench.max_replies_to_resynchronise, 1U);
 }
 
 TEST(SessionFault, AReplyInCharactersIsUnderstoodAtOnceBehindBinaryOnesThatWereCut) {
@@ -88,7 +88,7 @@ TEST(SessionFault, AReplyInCharactersIsUnderstoodAtOnceBehindBinaryOnesThatWereC
     bench.run_for(seconds(2));
   }
   EXPECT_EQ(bench.device.faults().struck(Fault::kTruncate), 800U);
-  EXPECT_EQ(bench.most_replies_to_resynchronise, 1U);
+  EXPECT_EQ(bench.max_replies_to_resynchronise, 1U);
 }
 
 std::string case_name(Fault fault, double probability) {

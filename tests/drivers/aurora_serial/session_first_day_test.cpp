@@ -79,7 +79,7 @@ TEST(SessionFirstDay, AStrangersToolPluggedInWhileTrackingStopsNothing) {
   EXPECT_EQ(bench.coils_seen(), 5);
   EXPECT_EQ(bench.session.describe().text(),
             "a tool was plugged in while tracking and is not tracked (handle 0F)");
-  EXPECT_EQ(bench.longest_gap_frames, 0U);
+  EXPECT_EQ(bench.max_gap_frames, 0U);
 }
 
 TEST(SessionFirstDay, AShortDefinitionFileMakesABlankToolUsable) {

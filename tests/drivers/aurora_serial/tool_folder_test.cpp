@@ -58,5 +58,11 @@ TEST_F(ToolFolderTest, RefusesFilesThatAreNoToolAndNamesFileAndSetting) {
   EXPECT_EQ(refusal(), "");
 }
 
+TEST_F(ToolFolderTest, AFileWithoutEndIsRefusedWithoutReadingItAll) {
+  write("port-2.txt", "makes the folder");
+  fs::create_symlink("/dev/zero", folder / "port-3.rom");
+  EXPECT_NE(refusal().find("1 to 1024 bytes"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tubed

@@ -10,7 +10,7 @@ namespace {
 
 std::map<std::string, SettingValue> defaults_of(const DriverDescription& driver) {
   std::map<std::string, SettingValue> values;
-  for (const SettingDescription& setting : driver.settings) {
+  for (const KeyDescription& setting : driver.settings) {
     values.emplace(setting.name, setting.default_value);
   }
   return values;
@@ -39,12 +39,23 @@ TEST(DriverRegistry, NothingButADeviceCallsItselfADevice) {
   EXPECT_EQ(find_driver(drivers(), "simulation")->origin, Origin::kSimulated);
 }
 
+TEST(DriverRegistry, HasTheDriversOfItsFoldersInTheOrderOfMessages) {
+  std::vector<std::string> names;
+  for (const DriverDescription& driver : drivers()) {
+    names.push_back(driver.name);
+  }
+  names.resize(5);  // those with a place: others come behind them
+
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"aurora-serial", "aurora-can", "replay", "image_shm", "simulation"}));
+}
+
 TEST(DriverRegistry, AnUnknownNameIsNoDriver) { EXPECT_EQ(find_driver(drivers(), "Replay"), nullptr); }
 
 TEST(DriverRegistry, EverySettingHasANameOfItsOwnAndAMeaning) {
   for (const DriverDescription& driver : drivers()) {
     std::set<std::string> names;
-    for (const SettingDescription& setting : driver.settings) {
+    for (const KeyDescription& setting : driver.settings) {
       EXPECT_TRUE(names.insert(setting.name).second) << driver.name << "." << setting.name;
       EXPECT_FALSE(setting.meaning.empty()) << driver.name << "." << setting.name;
       EXPECT_LE(setting.minimum, setting.maximum) << driver.name << "." << setting.name;

@@ -1,15 +1,22 @@
 #include "drivers/image_shm/shm_image_source.hpp"
 
 #include <gtest/gtest.h>
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <thread>
 
 #include "clients/cpp/shm_image_writer.hpp"
 #include "drivers/image_shm/image_shm_driver.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/read_until.hpp"
 #include "tests/idl/shm_bed.hpp"
 
 namespace tubed {
@@ -34,9 +41,9 @@ class ShmImageSourceTest : public ::testing::Test {
   ShmImageWriterSettings writer_settings() const {
     return {.socket = folder_.socket(),
             .camera = "A",
-            .most_width = 64,
-            .most_height = 64,
-            .most_depth_bits = 16,
+            .max_width = 64,
+            .max_height = 64,
+            .max_depth_bits = 16,
             .group = {}};
   }
 
@@ -57,7 +64,7 @@ class ShmImageSourceTest : public ::testing::Test {
     return result;
   }
 
-  ReadOutcome read_now() { return source_.read(frame_, monotonic_now()); }
+  ReadOutcome read_now() { return source_.read(frame_); }
 
   /// Of this instant, a moment after the one before.
   tubed_shm_image image(std::uint32_t depth_bits = 8) {
@@ -150,7 +157,7 @@ TEST_F(ShmImageSourceTest, ASlowDaemonGetsTheNewestAndNeverSlowsTheWriter) {
   }
   ASSERT_EQ(read_now(), ReadOutcome::kFrame);
   EXPECT_EQ(frame_.frame_number, 1000U);
-  EXPECT_EQ(read_now(), ReadOutcome::kTimeout);
+  EXPECT_EQ(read_now(), ReadOutcome::kNothing);
 }
 
 TEST_F(ShmImageSourceTest, AnotherSizeIsHandedOnForTheChecksToRefuseAndTheNextGoodOneIsTaken) {
@@ -184,6 +191,8 @@ TEST_F(ShmImageSourceTest, AnExposureOfTheFutureOrOfThePastIsRefused) {
     ASSERT_TRUE(writer_->put(bad, pixels_.data()));
     EXPECT_EQ(read_now(), ReadOutcome::kRefused) << exposure_ns;
   }
+  EXPECT_EQ(source_.condition().words.text(),
+            "image refused: its exposure lies in the future of CLOCK_MONOTONIC");
 }
 
 TEST_F(ShmImageSourceTest, WhatNoHonestWriterWouldWriteIsRefused) {
@@ -221,6 +230,48 @@ TEST_F(ShmImageSourceTest, WhatNoHonestWriterWouldWriteIsRefused) {
   EXPECT_EQ(tell(image(), right), ReadOutcome::kFrame);
 }
 
+TEST_F(ShmImageSourceTest, TheGeometryOfAnImageArrivesWithIt) {
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  tubed_shm_image sent = image();
+  sent.geometry = TUBED_SHM_GEOMETRY;
+  sent.fx = sent.fy = 1999.5F;
+  sent.cx = 31.5F;
+  sent.cy = 30.25F;
+  sent.q_camera_world[0] = 0.6F;
+  sent.q_camera_world[2] = 0.8F;
+  sent.t_camera_world_mm[2] = 785.125F;
+  sent.sigma_rotation_rad[1] = 0.25F;
+  sent.sigma_translation_mm[2] = 1.5F;
+  sent.pivot_depth_mm = 785;
+  ASSERT_TRUE(writer_->put(sent, pixels_.data()));
+  ASSERT_EQ(read_now(), ReadOutcome::kFrame);
+  ASSERT_TRUE(frame_.geometry);
+  const ViewGeometry& came = *frame_.geometry;
+  EXPECT_EQ(came.fx, 1999.5);
+  EXPECT_EQ(came.cy, 30.25);
+  EXPECT_NEAR(came.q_camera_world[0], 0.6, 1e-7);
+  EXPECT_NEAR(came.q_camera_world[2], 0.8, 1e-7);
+  EXPECT_EQ(came.t_camera_world_mm, (std::array<double, 3>{0, 0, 785.125}));
+  EXPECT_EQ(came.sigma.rotation_rad[1], 0.25);
+  EXPECT_EQ(came.sigma.translation_mm[2], 1.5);
+  EXPECT_EQ(came.sigma.pivot_depth_mm, 785);
+  ASSERT_TRUE(writer_->put(image(), pixels_.data()));
+  ASSERT_EQ(read_now(), ReadOutcome::kFrame);
+  EXPECT_FALSE(frame_.geometry) << "of the image before";
+}
+
+TEST_F(ShmImageSourceTest, AGeometryOfAnUnknownKindIsRefused) {
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  tubed_shm_image sent = image();
+  sent.geometry = 7;
+  ASSERT_TRUE(writer_->put(sent, pixels_.data()));
+  EXPECT_EQ(read_now(), ReadOutcome::kRefused);
+  EXPECT_NE(source_.condition().words.text().find("of a kind that this version does not know"),
+            std::string_view::npos);
+}
+
 TEST_F(ShmImageSourceTest, AWriterThatEndsIsLostAndItsNextStartIsFound) {
   start_writer();
   ASSERT_TRUE(open().ok);
@@ -248,6 +299,22 @@ TEST_F(ShmImageSourceTest, AnExposureFromBeforeARestartIsNotNewAfterIt) {
   EXPECT_EQ(read_now(), ReadOutcome::kRefused);
 }
 
+TEST_F(ShmImageSourceTest, WaitingEndsWhenAnImageIsThereAndTakesNone) {
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  const MonotonicTime soon = monotonic_now() + std::chrono::milliseconds(5);
+  source_.wait(soon);
+  EXPECT_GE(monotonic_now(), soon) << "there is none";
+  ASSERT_TRUE(writer_->put(image(), pixels_.data()));
+  const MonotonicTime began = monotonic_now();
+  for (int i = 0; i < 3; ++i) {
+    source_.wait(began + std::chrono::minutes(1));
+  }
+  EXPECT_LT(monotonic_now(), began + std::chrono::seconds(30));
+  EXPECT_EQ(read_now(), ReadOutcome::kFrame);
+  EXPECT_EQ(read_now(), ReadOutcome::kNothing);
+}
+
 TEST_F(ShmImageSourceTest, AWriterGoneMadDoesNotKeepTheThreadBusy) {
   start_writer();
   ASSERT_TRUE(open().ok);
@@ -262,7 +329,7 @@ TEST_F(ShmImageSourceTest, AWriterGoneMadDoesNotKeepTheThreadBusy) {
   int looks = 0;
   const MonotonicTime until = monotonic_now() + std::chrono::milliseconds(100);
   while (monotonic_now() < until) {
-    looks += source_.read(frame_, until) == ReadOutcome::kRefused ? 1 : 0;
+    looks += read_until(source_, frame_, until) == ReadOutcome::kRefused ? 1 : 0;
   }
   done = true;
   mad.join();
@@ -270,12 +337,148 @@ TEST_F(ShmImageSourceTest, AWriterGoneMadDoesNotKeepTheThreadBusy) {
   EXPECT_LE(looks, 32 + 50 + 1);
 }
 
+/// A writer of somebody's own making: all of its memory is in its hands.
+class Liar {
+ public:
+  Liar(const std::string& socket, std::uint64_t payload_bytes,
+       std::uint32_t version = TUBED_SHM_IMAGES_VERSION)
+      : geometry_{4, payload_bytes},
+        segment_(ShmSegment::create("liar", geometry_.segment_bytes())),
+        ring_(segment_.memory(), geometry_, {TUBED_SHM_IMAGES, version, "A", 1}, to_ns(monotonic_now())),
+        door_({socket, {}}) {}
+
+  void beat() {
+    ring_.beat(to_ns(monotonic_now()));
+    door_.serve(segment_.descriptor(), to_ns(monotonic_now()));
+  }
+  ShmRingWriter& ring() { return ring_; }
+  tubed_shm_header& header() { return *reinterpret_cast<tubed_shm_header*>(segment_.memory()); }
+
+ private:
+  ShmGeometry geometry_;
+  ShmSegment segment_;
+  ShmRingWriter ring_;
+  ShmDoor door_;
+};
+
+/// Runs `act` without pause in a thread of its own as long as it lives.
+class Busily {
+ public:
+  explicit Busily(std::function<void()> act)
+      : thread_([this, act = std::move(act)] {
+          while (!done_) {
+            act();
+          }
+        }) {}
+  ~Busily() {
+    done_ = true;
+    thread_.join();
+  }
+
+ private:
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+/// Share of the time that this thread computes while it reads for 200 ms.
+double share_of_reading(ShmImageSource& source, ImageFrame& frame) {
+  const auto cpu_s = [] {
+    timespec used{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+  };
+  const double before_s = cpu_s();
+  const MonotonicTime from = monotonic_now();
+  read_until(source, frame, from + std::chrono::milliseconds(200));
+  return (cpu_s() - before_s) / seconds_between(from, monotonic_now());
+}
+
+TEST_F(ShmImageSourceTest, AWriterThatRingsWithoutAnImageDoesNotKeepTheThreadBusyAndIsNamed) {
+  Liar liar(folder_.socket(), 4096);
+  {
+    const Busily beating([&] { liar.beat(); });
+    ASSERT_TRUE(source_.open().ok);
+  }
+  {
+    const Busily ringing([&] {
+      std::atomic_ref(liar.header().wake).fetch_add(1);
+      syscall(SYS_futex, &liar.header().wake, FUTEX_WAKE, 1, nullptr, nullptr, 0);
+      liar.beat();
+    });
+    EXPECT_LT(share_of_reading(source_, frame_), 0.2);
+  }
+  EXPECT_NE(source_.condition().words.text().find("rings without an image"), std::string_view::npos);
+}
+
+// Version 1 had no geometry: whatever lies in what was reserved is none.
+TEST_F(ShmImageSourceTest, AWriterOfTheFirstVersionIsStillRead) {
+  const std::size_t bytes = sizeof(tubed_shm_image) + kWidth * kHeight;
+  Liar old(folder_.socket(), bytes, 1);
+  {
+    const Busily beating([&] { old.beat(); });
+    ASSERT_TRUE(source_.open().ok);
+  }
+  tubed_shm_image sent = image();
+  sent.geometry = 0xffffffff;
+  old.ring().begin();
+  old.ring().write(0, std::as_bytes(std::span(&sent, 1)));
+  old.ring().write(sizeof(sent), std::as_bytes(std::span(pixels_)).first(kWidth * kHeight));
+  old.ring().commit(bytes, to_ns(monotonic_now()));
+  ASSERT_EQ(read_now(), ReadOutcome::kFrame);
+  EXPECT_FALSE(frame_.geometry);
+  EXPECT_EQ(frame_.pixels[100], pixels_[100]);
+}
+
+TEST_F(ShmImageSourceTest, AWriterOfALaterVersionIsRefusedWithBothVersions) {
+  Liar later(folder_.socket(), 4096, 3);
+  const Busily beating([&] { later.beat(); });
+  EXPECT_NE(source_.open().why.find("images of version 3, expected images of version 2"), std::string::npos);
+}
+
+TEST_F(ShmImageSourceTest, NumbersThatGoBackwardsDoNotKeepTheThreadBusy) {
+  Liar liar(folder_.socket(), 4096);
+  {
+    const Busily beating([&] { liar.beat(); });
+    ASSERT_TRUE(source_.open().ok);
+  }
+  liar.ring().publish(std::array<std::byte, 8>{}, to_ns(monotonic_now()));
+  liar.ring().publish(std::array<std::byte, 8>{}, to_ns(monotonic_now()));
+  EXPECT_EQ(read_now(), ReadOutcome::kRefused);
+  std::atomic_ref(liar.header().newest).store(1);
+  const Busily beating([&] { liar.beat(); });
+  EXPECT_LT(share_of_reading(source_, frame_), 0.2);
+}
+
+TEST_F(ShmImageSourceTest, MemoryLargerThanTheCameraCouldNeedIsRefused) {
+  Liar liar(folder_.socket(), std::uint64_t{16} * kWidth * kHeight * 2);
+  const Busily beating([&] { liar.beat(); });
+  const OpenResult result = source_.open();
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.why.find("expected at most"), std::string::npos) << result.why;
+}
+
+TEST_F(ShmImageSourceTest, ItSaysWhetherItWaitsForTheFirstImageOrForTheNext) {
+  EXPECT_EQ(source_.condition().state, DeviceState::kStarting);
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  ASSERT_TRUE(writer_->put(image(), pixels_.data()));
+  ASSERT_EQ(read_now(), ReadOutcome::kFrame);
+  EXPECT_EQ(source_.condition().state, DeviceState::kRunning);
+  EXPECT_TRUE(source_.condition().words.empty());
+  writer_.reset();
+  EXPECT_EQ(read_now(), ReadOutcome::kLost);
+  source_.close();
+  start_writer();
+  ASSERT_TRUE(open().ok);
+  EXPECT_EQ(source_.condition().state, DeviceState::kReconnecting);
+}
+
 TEST_F(ShmImageSourceTest, ADeadWriterIsLostWithin250Ms) {
   start_writer();
   ASSERT_TRUE(open().ok);
   writer_->beat();  // its last sign of life
   const MonotonicTime died = monotonic_now();
-  EXPECT_EQ(source_.read(frame_, died + std::chrono::seconds(60)), ReadOutcome::kLost);
+  EXPECT_EQ(read_until(source_, frame_, died + std::chrono::seconds(60)), ReadOutcome::kLost);
   EXPECT_LT(seconds_between(died, monotonic_now()), 0.25);
 }
 

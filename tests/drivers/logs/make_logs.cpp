@@ -7,8 +7,8 @@
 #include <map>
 
 #include "drivers/aurora/wire_log.hpp"
-#include "drivers/simulation/aurora_emulator/control.hpp"
-#include "tests/drivers/simulation/aurora_emulator/emulated_room.hpp"
+#include "drivers/laboratory/aurora_emulator/control.hpp"
+#include "tests/drivers/laboratory/aurora_emulator/emulated_room.hpp"
 
 namespace tubed::aurora::emulator {
 namespace {
@@ -32,13 +32,13 @@ class LoggedHost {
     host_.device.receive_break(host_.now);
     hear(seconds(3));
   }
-  /// Sends a command and writes down what comes back within `patience`.
-  void ask(const CommandLine& command, std::chrono::nanoseconds patience = seconds(4)) {
+  /// Sends a command and writes down what comes back within `timeout`.
+  void ask(const CommandLine& command, std::chrono::nanoseconds timeout = seconds(4)) {
     WireLogEntry entry = entry_of(WireEvent::kSent);
     entry.bytes.assign(command.bytes().begin(), command.bytes().end());
     log_.entries.push_back(entry);
     host_.send(command.bytes());
-    hear(patience);
+    hear(timeout);
     host_.now += milliseconds(5);
   }
   void ask(std::string_view name, std::string_view parameters) { ask(with_crc(name, parameters)); }
@@ -82,8 +82,8 @@ class LoggedHost {
     entry.event = event;
     return entry;
   }
-  void hear(std::chrono::nanoseconds patience) {
-    const MonotonicTime deadline = host_.now + patience;
+  void hear(std::chrono::nanoseconds timeout) {
+    const MonotonicTime deadline = host_.now + timeout;
     while (host_.device.next_event() <= deadline) {
       host_.now =
           std::max(host_.now, host_.device.next_event()) + milliseconds(4);  // portions, as an adapter gives

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/read_until.hpp"
 #include "tests/drivers/replay/small_sequence.hpp"
 
 namespace tubed {
@@ -21,7 +22,7 @@ class ReplayDriver : public ::testing::Test {
 
   [[nodiscard]] DriverSettings settings() const {
     std::map<std::string, SettingValue> values;
-    for (const SettingDescription& setting : replay_settings()) {
+    for (const KeyDescription& setting : replay_settings()) {
       values[setting.name] = setting.default_value;
     }
     return DriverSettings(values)
@@ -45,23 +46,40 @@ class ReplayDriver : public ::testing::Test {
   EmFrame em_;
 };
 
+TEST_F(ReplayDriver, AnImageBringsTheGeometryOfItsRow) {
+  folder_.write("geometry.csv", kSmallGeometry);
+  const auto source = camera_a(settings());
+  ASSERT_TRUE(source->open().ok);
+  ASSERT_EQ(source->read(frame_), ReadOutcome::kFrame);
+  ASSERT_TRUE(frame_.geometry);
+  EXPECT_EQ(frame_.geometry->t_camera_world_mm[2], 1205);
+}
+
+TEST_F(ReplayDriver, AnImageWithoutARowOfGeometryBringsNone) {
+  const auto source = camera_a(settings());
+  ASSERT_TRUE(source->open().ok);
+  frame_.geometry = ViewGeometry{};
+  ASSERT_EQ(source->read(frame_), ReadOutcome::kFrame);
+  EXPECT_FALSE(frame_.geometry);
+}
+
 TEST_F(ReplayDriver, ALateReaderGetsEveryMeasurementInOrder) {
   const auto source = make_replay_em_source(room_, settings());
   ASSERT_TRUE(source->open().ok);
 
   for (const std::uint32_t number : {7U, 8U, 9U}) {
-    ASSERT_EQ(source->read(em_, kNoWait), ReadOutcome::kFrame);
+    ASSERT_EQ(source->read(em_), ReadOutcome::kFrame);
     EXPECT_EQ(em_.tracker_frame, number);
     EXPECT_EQ(em_.measured, kLongAgo + std::chrono::milliseconds(25) * (number - 7));
   }
-  EXPECT_EQ(source->read(em_, kNoWait), ReadOutcome::kEnded);
+  EXPECT_EQ(source->read(em_), ReadOutcome::kEnded);
 }
 
 TEST_F(ReplayDriver, AMeasurementIsMarkedAsReplayedAndKeepsItsCoils) {
   const auto source = make_replay_em_source(room_, settings());
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(em_, kNoWait), ReadOutcome::kFrame);
+  ASSERT_EQ(source->read(em_), ReadOutcome::kFrame);
 
   EXPECT_EQ(em_.origin, Origin::kReplayed);
   EXPECT_EQ(em_.coil_count, 2);
@@ -74,7 +92,7 @@ TEST_F(ReplayDriver, ALateReaderGetsTheNewestImageOnly) {
   const auto source = camera_a(settings());
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(frame_, kNoWait), ReadOutcome::kFrame);
+  ASSERT_EQ(source->read(frame_), ReadOutcome::kFrame);
 
   EXPECT_EQ(frame_.frame_number, 13U);
   EXPECT_EQ(frame_.exposure, kLongAgo + std::chrono::milliseconds(200));
@@ -82,7 +100,7 @@ TEST_F(ReplayDriver, ALateReaderGetsTheNewestImageOnly) {
   EXPECT_TRUE(frame_.fluoroscopy_on);
   EXPECT_EQ(frame_.width, 4);
   EXPECT_EQ(frame_.pixels[11], 130 + 11);
-  EXPECT_EQ(source->read(frame_, kNoWait), ReadOutcome::kEnded);
+  EXPECT_EQ(source->read(frame_), ReadOutcome::kEnded);
 }
 
 TEST_F(ReplayDriver, NothingIsDeliveredBeforeItsTime) {
@@ -93,8 +111,8 @@ TEST_F(ReplayDriver, NothingIsDeliveredBeforeItsTime) {
   ASSERT_TRUE(tracker->open().ok);
   ASSERT_TRUE(camera->open().ok);
 
-  EXPECT_EQ(tracker->read(em_, kNoWait), ReadOutcome::kTimeout);
-  EXPECT_EQ(camera->read(frame_, kNoWait), ReadOutcome::kTimeout);
+  EXPECT_EQ(tracker->read(em_), ReadOutcome::kNothing);
+  EXPECT_EQ(camera->read(frame_), ReadOutcome::kNothing);
 }
 
 TEST_F(ReplayDriver, ARowIsWaitedForAndDeliveredOnTime) {
@@ -102,7 +120,7 @@ TEST_F(ReplayDriver, ARowIsWaitedForAndDeliveredOnTime) {
   const auto source = camera_a(settings().with("start_monotonic_ns", to_ns(soon)));
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(frame_, soon + std::chrono::seconds(10)), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, frame_, soon + std::chrono::seconds(10)), ReadOutcome::kFrame);
 
   EXPECT_GE(frame_.received, frame_.exposure);
   EXPECT_GE(frame_.exposure, soon);
@@ -114,7 +132,7 @@ TEST_F(ReplayDriver, AnInstantWithoutAFileIsWithoutFluoroscopy) {
   const auto source = camera_a(settings());
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(frame_, kNoWait), ReadOutcome::kFrame);
+  ASSERT_EQ(source->read(frame_), ReadOutcome::kFrame);
 
   EXPECT_FALSE(frame_.fluoroscopy_on);
 }
@@ -131,10 +149,10 @@ TEST_F(ReplayDriver, TwoCamerasOfOneInstantHaveOneExposureTimeAndOneStart) {
   ImageFrame of_b;
   of_b.reserve(5, 2);
 
-  const MonotonicTime patience = before + std::chrono::seconds(60);
-  ASSERT_EQ(a->read(frame_, patience), ReadOutcome::kFrame);
-  ASSERT_EQ(b->read(of_b, patience), ReadOutcome::kFrame);
-  ASSERT_EQ(tracker->read(em_, patience), ReadOutcome::kFrame);
+  const MonotonicTime timeout = before + std::chrono::seconds(60);
+  ASSERT_EQ(read_until(*a, frame_, timeout), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*b, of_b, timeout), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*tracker, em_, timeout), ReadOutcome::kFrame);
 
   EXPECT_EQ(of_b.frame_number, 11U);
   EXPECT_EQ((frame_.exposure - em_.measured) % std::chrono::milliseconds(100), std::chrono::nanoseconds(0));
@@ -149,10 +167,10 @@ TEST_F(ReplayDriver, LoopingNumbersAndTimesGoOnGrowing) {
       make_replay_em_source(room_, settings().with("loop", true).with("start_monotonic_ns", to_ns(start)));
   ASSERT_TRUE(source->open().ok);
   for (int row = 0; row < 3; ++row) {
-    ASSERT_EQ(source->read(em_, start + std::chrono::seconds(60)), ReadOutcome::kFrame);
+    ASSERT_EQ(read_until(*source, em_, start + std::chrono::seconds(60)), ReadOutcome::kFrame);
   }
 
-  ASSERT_EQ(source->read(em_, start + std::chrono::seconds(60)), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, start + std::chrono::seconds(60)), ReadOutcome::kFrame);
 
   EXPECT_EQ(em_.measured, start + std::chrono::milliseconds(300));
   EXPECT_EQ(em_.tracker_frame, 10U);
@@ -196,13 +214,13 @@ TEST_F(ReplayDriver, AFolderThatAppearsLaterCanBeOpenedThen) {
 TEST_F(ReplayDriver, OpenedAgainItGoesOnWhereItWas) {
   const auto source = make_replay_em_source(room_, settings());
   ASSERT_TRUE(source->open().ok);
-  ASSERT_EQ(source->read(em_, kNoWait), ReadOutcome::kFrame);
+  ASSERT_EQ(source->read(em_), ReadOutcome::kFrame);
 
   source->close();
-  EXPECT_EQ(source->read(em_, kNoWait), ReadOutcome::kLost);
+  EXPECT_EQ(source->read(em_), ReadOutcome::kLost);
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(em_, kNoWait), ReadOutcome::kFrame);
+  ASSERT_EQ(source->read(em_), ReadOutcome::kFrame);
   EXPECT_EQ(em_.tracker_frame, 8U);
 }
 
@@ -212,7 +230,18 @@ TEST_F(ReplayDriver, ABufferTooSmallForTheImageIsRefused) {
   ImageFrame small;
   small.reserve(1, 1);
 
-  EXPECT_EQ(source->read(small, kNoWait), ReadOutcome::kRefused);
+  EXPECT_EQ(source->read(small), ReadOutcome::kRefused);
+}
+
+TEST_F(ReplayDriver, WaitingEndsWhenARowIsDueAndTakesNone) {
+  const MonotonicTime soon = monotonic_now() + std::chrono::milliseconds(20);
+  const auto source = make_replay_em_source(room_, settings().with("start_monotonic_ns", to_ns(soon)));
+  ASSERT_TRUE(source->open().ok);
+  source->wait(monotonic_now() + std::chrono::minutes(1));
+  EXPECT_GE(monotonic_now(), soon);
+  source->wait(monotonic_now() + std::chrono::minutes(1));
+  ASSERT_EQ(source->read(em_), ReadOutcome::kFrame);
+  EXPECT_EQ(em_.tracker_frame, 7U) << "the first row";
 }
 
 }  // namespace

@@ -87,6 +87,24 @@ TEST_F(SequenceFolder, ASensorWithoutAPoseIsNotAtTheOrigin) {
   EXPECT_EQ(sequence.measurements[2].coils[1].status, CoilStatus::kDisabled);
 }
 
+TEST_F(SequenceFolder, AFrameMayHaveAGeometryOfItsOwn) {
+  EXPECT_FALSE(read().frames[0].geometry);
+  folder_.write("geometry.csv", kSmallGeometry);
+  const Sequence sequence = read();
+  ASSERT_TRUE(sequence.frames[0].geometry);
+  EXPECT_FALSE(sequence.frames[1].geometry);
+  ASSERT_TRUE(sequence.frames[3].geometry);
+  const ViewGeometry& moved = *sequence.frames[3].geometry;
+  EXPECT_EQ(moved.fy, 2400);
+  EXPECT_EQ(moved.sigma.rotation_rad[2], 0.003);
+  EXPECT_EQ(moved.sigma.translation_mm[1], 2);
+  EXPECT_EQ(moved.sigma.pivot_depth_mm, 1200);
+  const CameraCalibration camera = camera_of(sequence, sequence.frames[3]);
+  EXPECT_TRUE((camera.T_camera_world * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(5, 9, 1208)));
+  EXPECT_EQ(camera.cx, 1);
+  EXPECT_EQ(camera_of(sequence, sequence.frames[1]).name, "B");
+}
+
 TEST_F(SequenceFolder, TruthIsFoundByFrame) {
   const Sequence sequence = read();
 
@@ -152,7 +170,10 @@ void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.name; }
 
 std::string name_of(const ::testing::TestParamInfo<Damage>& test) { return test.param.name; }
 
-class DamagedFolder : public SequenceFolder, public ::testing::WithParamInterface<Damage> {};
+class DamagedFolder : public SequenceFolder, public ::testing::WithParamInterface<Damage> {
+ protected:
+  DamagedFolder() { folder_.write("geometry.csv", kSmallGeometry); }
+};
 
 TEST_P(DamagedFolder, IsRefusedWithItsPlace) {
   const Damage& damage = GetParam();
@@ -218,6 +239,19 @@ INSTANTIATE_TEST_SUITE_P(
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(
+    Geometry, DamagedFolder,
+    ::testing::Values(
+        Damage{"unknown_frame", "geometry.csv", "13,2500", "99,2500", 3, 1, "frame 99 is not in frames.csv"},
+        Damage{"frame_again", "geometry.csv", "13,2500", "10,2500", 3, 1, "had its geometry before"},
+        Damage{"not_finite", "geometry.csv", "0,1200,0,0", "0,nan,0,0", 2, 32, "not finite"},
+        Damage{"no_rotation", "geometry.csv", "1.5,1,0,0,0", "1.5,1,1,0,0", 2, 1, "not of length 1"},
+        Damage{"inverted", "geometry.csv", "0,1200,0,0", "0,-1200,0,0", 2, 1, "behind the camera"},
+        Damage{"no_focal_length", "geometry.csv", "10,2000", "10,0", 2, 1, "focal lengths"},
+        Damage{"column_missing", "geometry.csv", ",pivot_depth", "", 1, 1,
+               "the column 'pivot_depth' is missing"}),
+    name_of);
+
+INSTANTIATE_TEST_SUITE_P(
     Description, DamagedFolder,
     ::testing::Values(
         Damage{"unknown_format", "sequence.toml", "format = 1", "format = 2", 1, 10, "format is not 1"},
@@ -253,6 +287,21 @@ TEST_F(SequenceFolder, AMissingFileIsNamed) {
       EXPECT_EQ(error.position().file.filename(), file);
       EXPECT_NE(std::string(error.what()).find("there is no such file"), std::string::npos);
     }
+  }
+}
+
+TEST_F(SequenceFolder, TablesTooDeepInEachOtherAreRefusedAndDoNotOverflowTheStack) {
+  std::string text = "format = 1\na";
+  for (int i = 0; i < 400'000; ++i) {
+    text += ".a";
+  }
+  std::ofstream(folder_.path() / "sequence.toml") << text + " = 1\n";
+
+  try {
+    static_cast<void>(read());
+    FAIL() << "was accepted";
+  } catch (const SequenceError& error) {
+    EXPECT_NE(std::string(error.what()).find("sequence.toml:2:1"), std::string::npos) << error.what();
   }
 }
 

@@ -10,7 +10,9 @@ namespace {
 TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   const TemporaryFolder source;
   write_small_sequence(source);
+  source.write("geometry.csv", kSmallGeometry);
   Sequence original = read_sequence(source.path());
+  original.frames[3].geometry->t_camera_world_mm[1] = 100.0 / 3;
   original.note = "a \"quoted\" note";
   original.measurements[0].coils[0].p_em_mm.x() = 1.0 / 3;
   original.truth[0].points_world_mm(0, 1) = 1e-17;
@@ -33,6 +35,23 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_FALSE(copy.frames[2].fluoroscopy_on());
   EXPECT_EQ(copy.frames[3].frame, 13U);
   EXPECT_EQ(read_image(copy, copy.frames[3]).pixels, images[2].pixels);
+  EXPECT_EQ(copy.frames[0].geometry, original.frames[0].geometry);
+  EXPECT_FALSE(copy.frames[1].geometry);
+  EXPECT_EQ(copy.frames[3].geometry, original.frames[3].geometry);
+  EXPECT_EQ(copy.frames[3].geometry->sigma.translation_mm, original.frames[3].geometry->sigma.translation_mm);
+}
+
+TEST(SequenceWriter, ANoteMayHoldAnyCharacter) {
+  const TemporaryFolder source;
+  write_small_sequence(source);
+  Sequence sequence = read_sequence(source.path());
+  sequence.note = "a \"quoted\" C:\\path\nand = [another line]";
+  for (SequenceFrame& frame : sequence.frames) frame.file.clear();
+  const TemporaryFolder target;
+
+  write_sequence(target.path(), sequence, {});
+
+  EXPECT_EQ(read_sequence(target.path()).note, sequence.note);
 }
 
 TEST(SequenceWriter, WithoutTruthThereIsNoTruthFile) {
@@ -46,6 +65,7 @@ TEST(SequenceWriter, WithoutTruthThereIsNoTruthFile) {
   write_sequence(target.path(), sequence, {});
 
   EXPECT_FALSE(std::filesystem::exists(target.path() / "truth.csv"));
+  EXPECT_FALSE(std::filesystem::exists(target.path() / "geometry.csv"));
 }
 
 TEST(SequenceWriter, AFolderThatCannotBeMadeIsRefused) {

@@ -82,6 +82,13 @@ inline constexpr const char* kSmallTruth =
     "12,1,5,0,1\n"
     "12,2,5,0,2\n";
 
+/// Camera A as it stands, and once turned by 90 deg about its depth and 5 mm further off; not part of the
+/// folder.
+inline constexpr const char* kSmallGeometry =
+    "frame,fx,fy,cx,cy,qw,qx,qy,qz,x,y,z,sigma_rx,sigma_ry,sigma_rz,sigma_x,sigma_y,sigma_z,pivot_depth\n"
+    "10,2000,2000,2,1.5,1,0,0,0,0,0,1200,0,0,0,0,0,0,0\n"
+    "13,2500,2400,1,2,0.7071067811865476,0,0,0.7071067811865476,7,8,1205,0.001,0.002,0.003,1,2,3,1200\n";
+
 inline void write_small_sequence(const TemporaryFolder& folder) {
   folder.write("sequence.toml", kSmallDescription);
   folder.write("frames.csv", kSmallFrames);

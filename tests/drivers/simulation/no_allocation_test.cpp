@@ -2,15 +2,15 @@
 #include <gtest/gtest.h>
 
 #include "drivers/interface/monotonic_clock.hpp"
-#include "tests/drivers/simulation/simulated_room.hpp"
+#include "drivers/interface/read_until.hpp"
+#include "tests/drivers/laboratory/simulated_room.hpp"
 #include "tests/support/counted_allocations.hpp"
 
 namespace tubed {
 namespace {
 
-TEST(SimulationReads, AllocateNothing) {
+void expect_no_allocations(const DriverSettings& settings) {
   const RoomDescription room = paper_room();
-  const DriverSettings settings = default_settings().with("em_rate_hz", 400.0).with("frame_rate_hz", 100.0);
   const auto tracker = make_simulation_em_source(room, settings);
   const auto camera = make_simulation_image_source(room, settings, 0);
   ASSERT_TRUE(tracker->open().ok);
@@ -18,19 +18,31 @@ TEST(SimulationReads, AllocateNothing) {
   EmFrame em;
   ImageFrame image;
   image.reserve(400, 600);
-  const MonotonicTime patience = monotonic_now() + std::chrono::seconds(30);
+  const MonotonicTime timeout = monotonic_now() + std::chrono::seconds(30);
   ASSERT_GT(allocations, 0) << "the counter counts";
 
   allocations = 0;
   int frames = 0;
   for (int round = 0; round < 5; ++round) {
-    frames += tracker->read(em, patience) == ReadOutcome::kFrame ? 1 : 0;
-    frames += camera->read(image, patience) == ReadOutcome::kFrame ? 1 : 0;
+    frames += read_until(*tracker, em, timeout) == ReadOutcome::kFrame ? 1 : 0;
+    frames += read_until(*camera, image, timeout) == ReadOutcome::kFrame ? 1 : 0;
   }
   const long counted = allocations;
 
   EXPECT_EQ(counted, 0);
   EXPECT_EQ(frames, 10);
+}
+
+TEST(SimulationReads, AllocateNothing) {
+  expect_no_allocations(default_settings().with("em_rate_hz", 400.0).with("frame_rate_hz", 100.0));
+}
+
+TEST(SimulationReads, AllocateNothingWhileTheViewMoves) {
+  expect_no_allocations(default_settings()
+                            .with("em_rate_hz", 400.0)
+                            .with("frame_rate_hz", 100.0)
+                            .with("swing_deg", 30.0)
+                            .with("swing_every_s", 0.5));
 }
 
 }  // namespace

@@ -11,15 +11,16 @@
 #include <stdexcept>
 
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/read_until.hpp"
+#include "drivers/laboratory/simulated_world.hpp"
 #include "drivers/simulation/fault_socket.hpp"
-#include "drivers/simulation/simulated_world.hpp"
-#include "tests/drivers/simulation/simulated_room.hpp"
+#include "tests/drivers/laboratory/simulated_room.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
 
-MonotonicTime patience() { return monotonic_now() + std::chrono::seconds(30); }
+MonotonicTime timeout() { return monotonic_now() + std::chrono::seconds(30); }
 
 TEST(Faults, CommandsAreUnderstood) {
   Faults faults;
@@ -72,7 +73,7 @@ TEST_F(SimulationDriver, CoilsAreOffTheTruthByLambdaInTheTrackersFrame) {
   const auto source = make_simulation_em_source(room_, settings_);
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
 
   ASSERT_EQ(em_.coil_count, 10);
   EXPECT_EQ(em_.origin, Origin::kSimulated);
@@ -91,13 +92,33 @@ TEST_F(SimulationDriver, CoilsAreOffTheTruthByLambdaInTheTrackersFrame) {
   }
 }
 
+TEST_F(SimulationDriver, ImagesOfAViewThatMovesSayHowItStood) {
+  const DriverSettings moving = settings_.with("swing_deg", 40.0)
+                                    .with("swing_every_s", 0.5)
+                                    .with("pose_noise_deg", 0.0)
+                                    .with("pose_noise_mm", 0.0);
+  const SimulatedWorld world(room_, moving);
+  const auto source = make_simulation_image_source(room_, moving, 0);
+  ASSERT_TRUE(source->open().ok);
+  for (int k = 0; k < 5; ++k) {
+    ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
+    ASSERT_TRUE(image_.geometry);
+    EXPECT_EQ(image_.geometry, world.view(room_.cameras.front(), world.seconds(image_.exposure)));
+    EXPECT_EQ(refusal_of(*image_.geometry, room_.cameras.front()), nullptr);
+  }
+  const auto silent = make_simulation_image_source(room_, moving.with("announces_pose", false), 0);
+  ASSERT_TRUE(silent->open().ok);
+  ASSERT_EQ(read_until(*silent, image_, timeout()), ReadOutcome::kFrame);
+  EXPECT_FALSE(image_.geometry);
+}
+
 TEST_F(SimulationDriver, MeasurementsComeInOrderOnTheGrid) {
   const auto source = make_simulation_em_source(room_, settings_);
   ASSERT_TRUE(source->open().ok);
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
   const EmFrame first = em_;
 
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
 
   EXPECT_EQ(em_.tracker_frame, first.tracker_frame + 1);
   EXPECT_EQ(em_.measured - first.measured, std::chrono::microseconds(2500));
@@ -109,8 +130,8 @@ TEST_F(SimulationDriver, AReadEndsAtItsDeadline) {
   ASSERT_TRUE(tracker->open().ok);
   ASSERT_TRUE(fluoroscope->open().ok);
 
-  EXPECT_EQ(fluoroscope->read(image_, MonotonicTime{}), ReadOutcome::kTimeout);
-  EXPECT_EQ(make_simulation_em_source(room_, settings_)->read(em_, MonotonicTime{}), ReadOutcome::kLost);
+  EXPECT_EQ(fluoroscope->read(image_), ReadOutcome::kNothing);
+  EXPECT_EQ(make_simulation_em_source(room_, settings_)->read(em_), ReadOutcome::kLost);
 }
 
 TEST_F(SimulationDriver, AnImageShowsTheWorldAtItsExposure) {
@@ -118,7 +139,7 @@ TEST_F(SimulationDriver, AnImageShowsTheWorldAtItsExposure) {
   const SimulatedWorld world(room_, settings_);
   ASSERT_TRUE(source->open().ok);
 
-  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
 
   EXPECT_EQ(image_.origin, Origin::kSimulated);
   EXPECT_TRUE(image_.fluoroscopy_on);
@@ -157,13 +178,13 @@ TEST_F(ControlledSimulation, ALostCoilIsMissingInTheNextSampleUntilItIsRestored)
   ASSERT_TRUE(source->open().ok);
 
   send("em.sock", "lose-coil 2");
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
   EXPECT_EQ(em_.coils[1].status, CoilStatus::kMissing);
   EXPECT_TRUE(em_.coils[1].p_em_mm.array().isNaN().all());
   EXPECT_EQ(em_.coils[0].status, CoilStatus::kOk);
 
   send("em.sock", "restore-coil 2");
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
   EXPECT_EQ(em_.coils[1].status, CoilStatus::kOk);
 }
 
@@ -174,7 +195,7 @@ TEST_F(ControlledSimulation, AnOutlierIsFarOffYetOk) {
   ASSERT_TRUE(source->open().ok);
 
   send("em.sock", "outlier 3 25");
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
 
   const Eigen::Vector3d truth_mm = world.point(0, world.seconds(em_.measured), 170);
   EXPECT_EQ(em_.coils[2].status, CoilStatus::kOk);
@@ -184,11 +205,11 @@ TEST_F(ControlledSimulation, AnOutlierIsFarOffYetOk) {
 TEST_F(ControlledSimulation, AStuckTrackerRepeatsItsPoses) {
   const auto source = make_simulation_em_source(room_, settings_);
   ASSERT_TRUE(source->open().ok);
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
   const EmFrame before = em_;
 
   send("em.sock", "stuck");
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
 
   EXPECT_EQ(em_.coils[4].p_em_mm, before.coils[4].p_em_mm);
   EXPECT_GT(em_.measured, before.measured);
@@ -199,12 +220,13 @@ TEST_F(ControlledSimulation, AStallDeliversNothingAndClearEndsIt) {
   ASSERT_TRUE(source->open().ok);
 
   send("em.sock", "stall 1000");
-  EXPECT_EQ(source->read(em_, patience()), ReadOutcome::kTimeout);
-  EXPECT_EQ(source->read(em_, monotonic_now()), ReadOutcome::kTimeout);
+  source->wait(timeout());
+  EXPECT_EQ(source->read(em_), ReadOutcome::kNothing);
+  EXPECT_EQ(source->read(em_), ReadOutcome::kNothing);
   send("em.sock", "clear");
   const MonotonicTime cleared = monotonic_now();
-  EXPECT_EQ(source->read(em_, monotonic_now()), ReadOutcome::kTimeout) << "takes the command";
-  ASSERT_EQ(source->read(em_, patience()), ReadOutcome::kFrame);
+  EXPECT_EQ(source->read(em_), ReadOutcome::kNothing) << "takes the command";
+  ASSERT_EQ(read_until(*source, em_, timeout()), ReadOutcome::kFrame);
   EXPECT_GE(em_.received, cleared);
 }
 
@@ -212,21 +234,21 @@ TEST_F(ControlledSimulation, RadiationOffAndBlackAndStuckPictures) {
   const auto source = make_simulation_image_source(room_, settings_, 0);
   ASSERT_TRUE(source->open().ok);
   send("image-A.sock", "off");
-  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
   EXPECT_FALSE(image_.fluoroscopy_on);
 
   send("image-A.sock", "on");
-  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
   EXPECT_TRUE(image_.fluoroscopy_on);
   const ImageFrame before = image_;
 
   send("image-A.sock", "stuck");
-  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
   EXPECT_EQ(image_.pixels, before.pixels);
   EXPECT_GT(image_.exposure, before.exposure);
 
   send("image-A.sock", "black");
-  ASSERT_EQ(source->read(image_, patience()), ReadOutcome::kFrame);
+  ASSERT_EQ(read_until(*source, image_, timeout()), ReadOutcome::kFrame);
   EXPECT_EQ(*std::max_element(image_.pixels.begin(), image_.pixels.begin() + 400 * 600), 0);
 }
 
@@ -246,6 +268,22 @@ TEST_F(ControlledSimulation, AControlFolderThatIsNotThereIsSaidInWords) {
   const OpenResult result = source->open();
   EXPECT_FALSE(result.ok);
   EXPECT_NE(result.why.find("does control_folder exist"), std::string::npos) << result.why;
+}
+
+TEST_F(SimulationDriver, WaitingEndsWhenASampleIsDueAndTakesNone) {
+  const auto tracker = make_simulation_em_source(room_, settings_);
+  const auto fluoroscope = make_simulation_image_source(room_, settings_, 0);
+  ASSERT_TRUE(tracker->open().ok);
+  ASSERT_TRUE(fluoroscope->open().ok);
+  ASSERT_EQ(read_until(*tracker, em_, timeout()), ReadOutcome::kFrame);
+  const std::uint32_t number = em_.tracker_frame;
+  for (int i = 0; i < 3; ++i) {
+    tracker->wait(timeout());
+    fluoroscope->wait(timeout());
+  }
+  ASSERT_EQ(tracker->read(em_), ReadOutcome::kFrame);
+  EXPECT_EQ(em_.tracker_frame, number + 1);
+  EXPECT_EQ(fluoroscope->read(image_), ReadOutcome::kFrame);
 }
 
 }  // namespace

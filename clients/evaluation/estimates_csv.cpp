@@ -1,0 +1,88 @@
+#include "clients/evaluation/estimates_csv.hpp"
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/replay/csv_reader.hpp"
+
+namespace tubed {
+
+namespace {
+
+enum Column : std::size_t { kFrame, kS, kX, kY, kZ, kSigmaX, kSigmaY, kSigmaZ, kValidity };
+
+/// s_mm x y z sigma_x sigma_y sigma_z
+using Row = std::array<double, 7>;
+
+Validity validity_of(const CsvReader& csv) {
+  for (const Validity validity :
+       {Validity::kNotAvailable, Validity::kValid, Validity::kQuestionable, Validity::kInvalid}) {
+    if (csv.text(kValidity) == name_of(validity)) return validity;
+  }
+  csv.refuse(kValidity,
+             in_quotes(csv.text(kValidity)) + " is none of NOT_AVAILABLE, VALID, QUESTIONABLE, INVALID");
+}
+
+bool has_no_shape(const CsvReader& csv) {
+  for (std::size_t column = kS; column < kValidity; ++column) {
+    if (!csv.is_empty(column)) return false;
+  }
+  return true;
+}
+
+Row row_of(const CsvReader& csv) {
+  Row row{};
+  for (std::size_t i = 0; i < row.size(); ++i) row[i] = csv.number(kS + i);
+  for (std::size_t column = kSigmaX; column < kValidity; ++column) {
+    if (row[column - kS] < 0) csv.refuse(column, "a standard deviation cannot be negative");
+  }
+  return row;
+}
+
+EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows) {
+  EstimatedShape shape;
+  shape.validity = validity;
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  shape.centreline.p_world_mm.resize(3, count);
+  shape.sigma_world_mm.resize(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Row& row = rows[static_cast<std::size_t>(i)];
+    shape.centreline.s_mm.push_back(row[0]);
+    shape.centreline.p_world_mm.col(i) << row[1], row[2], row[3];
+    shape.sigma_world_mm.col(i) << row[4], row[5], row[6];
+  }
+  return shape;
+}
+
+}  // namespace
+
+Estimates read_estimates(const std::filesystem::path& file) {
+  CsvReader csv(file, {"frame", "s_mm", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "validity"});
+  Estimates estimates;
+  std::vector<Row> rows;  // of the frame that is being read
+  bool more = csv.next_row();
+  if (!more) throw SequenceError({file, 1, 1}, "there are no estimates after the header");
+  while (more) {
+    const std::uint32_t frame = csv.count(kFrame);
+    const Validity validity = validity_of(csv);
+    if (estimates.contains(frame))
+      csv.refuse(kFrame, "the frame came before; its rows have to stand together");
+    rows.clear();
+    do {
+      if (validity_of(csv) != validity)
+        csv.refuse(kValidity, "one estimate has one validity, the row before another");
+      if (!has_no_shape(csv)) {
+        const Row row = row_of(csv);
+        if (!rows.empty() && row[0] <= rows.back()[0]) csv.refuse(kS, "does not rise within the frame");
+        rows.push_back(row);
+      }
+      more = csv.next_row();
+    } while (more && csv.count(kFrame) == frame);
+    estimates.emplace(frame, shape_of(validity, rows));
+  }
+  return estimates;
+}
+
+}  // namespace tubed

@@ -1,0 +1,30 @@
+// Reads the estimates that `tubectl reconstruct` writes: frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+
+#include "clients/evaluation/shape_error.hpp"
+#include "idl/validity.hpp"
+
+namespace tubed {
+
+/// The shape estimated for one instant, world frame.
+struct EstimatedShape {
+  SampledCentreline centreline;     ///< empty when the estimate has no shape
+  Eigen::Matrix3Xd sigma_world_mm;  ///< 3 x n, one standard deviation an axis and point
+  Validity validity = Validity::kNotAvailable;
+};
+
+/// By frame number.
+using Estimates = std::map<std::uint32_t, EstimatedShape>;
+
+/// The rows of a frame stand together, s_mm rising. A row with frame and validity alone is an estimate
+/// without a shape. Throws SequenceError "FILE:LINE:COLUMN: ..." for whatever CsvReader refuses, a negative
+/// sigma, an unknown validity word, two validities in one frame, arc length that does not rise, a frame that
+/// comes twice, a file without any row.
+Estimates read_estimates(const std::filesystem::path& file);
+
+}  // namespace tubed

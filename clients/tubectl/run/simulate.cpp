@@ -1,0 +1,152 @@
+// tubectl simulate: a catheterisation as a sequence folder with its truth.
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "clients/evaluation/simulated_run.hpp"
+#include "clients/tubectl/see/simulation_picture.hpp"
+#include "clients/tubectl/verbs.hpp"
+#include "drivers/laboratory/scenario.hpp"
+#include "idl/settings/key_description.hpp"
+
+namespace tubed {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct SimulateOptions {
+  SimulatedRun run;
+  std::string out;
+  std::string picture;
+  bool unannounced = false;
+};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A counter on the terminal, at most five times a second; elsewhere one line at the end.
+class Progress {
+ public:
+  Progress(std::string what, std::size_t total) : what_(std::move(what)), total_(total) {}
+  ~Progress() {
+    if (live_) std::cerr << '\n';
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void show(std::size_t done) {
+    if (done == total_ || (live_ && seconds_since(shown_) > 0.2)) {
+      shown_ = Clock::now();
+      std::cerr << (live_ ? "\r" : "") << what_ << ' ' << done << " of " << total_ << (live_ ? "" : "\n")
+                << std::flush;
+    }
+  }
+
+ private:
+  std::string what_;
+  std::size_t total_;
+  bool live_ = isatty(STDERR_FILENO) == 1;
+  Clock::time_point shown_;
+};
+
+void print_mechanics(const RunReport& report, double seconds) {
+  std::printf(
+      "mechanics: %zu steps in %.2f s (%.0f a second), %d iterations, %d without balance\n"
+      "  wall penetration, greatest of each step: median %.3f, greatest %.3f mm\n"
+      "  length error: greatest %.1e of the whole; tip moves %.2f mm a step (median); %d snaps, greatest "
+      "%.1f mm\n",
+      report.steps, seconds, static_cast<double>(report.steps) / seconds, report.iterations,
+      report.unfinished, report.median_penetration_mm, report.max_penetration_mm, report.max_length_error,
+      report.median_tip_move_mm, report.snaps, report.max_move_mm);
+}
+
+std::shared_ptr<const Catheterisation> run_mechanics(const Scenario& scenario) {
+  Progress progress("mechanics: step", scenario.commands.size());
+  return shared_run_of(scenario, [&](std::size_t done) { progress.show(done); });
+}
+
+int simulate(const SimulateOptions& options) {
+  const Scenario scenario = scenario_of(options.run);
+  if (!options.out.empty()) {
+    require_empty(options.out);
+  }
+  Clock::time_point start = Clock::now();
+  const auto run = run_mechanics(scenario);
+  print_mechanics(run->report(), seconds_since(start));
+  if (!options.picture.empty()) {
+    draw_simulation(scenario, *run, options.picture);
+    std::printf("drew %s\n", options.picture.c_str());
+  }
+  if (options.out.empty()) {
+    return kExitOk;
+  }
+  start = Clock::now();
+  std::cerr << "casting the patient's X-rays"
+            << (scenario.clutter.heart_beat ? ", heart and lungs in all phases" : "") << '\n';
+  std::unique_ptr<Progress> progress;
+  const std::size_t pictures =
+      write_simulated_run(options.run, scenario, options.out, [&](std::size_t done, std::size_t total) {
+        if (!progress) progress = std::make_unique<Progress>("exposure", total);
+        progress->show(done);
+      });
+  progress.reset();
+  std::printf("wrote %s: %zu pictures in %.1f s (%.0f a second)\n", options.out.c_str(), pictures,
+              seconds_since(start), static_cast<double>(pictures) / seconds_since(start));
+  return kExitOk;
+}
+
+}  // namespace
+
+CommandLine add_simulate(CommandLine app, int& exit_code) {
+  auto options = std::make_shared<SimulateOptions>();
+  CommandLine verb = app.add_subcommand(
+      "simulate",
+      "Push a simulated catheter through an aorta; write images, coils and truth as a sequence folder");
+  verb.add_option("--preset", options->run.preset, alternatives(preset_names()))
+      .is_member(preset_names())
+      .capture_default_str();
+  verb.add_option("--seed", options->run.seed,
+                  "Patient, noise and what goes wrong; the same seed, the same files")
+      .in_range(std::int64_t{0}, std::int64_t{1'000'000'000'000})
+      .capture_default_str();
+  verb.add_option("--out", options->out, "Folder to write; without it only the mechanics run and are judged");
+  verb.add_option("--vessel", options->run.vessel,
+                  "A vessel of your own in mm: centreline with radii (.csv) or closed surface (.stl)");
+  verb.add_option("--picture", options->picture,
+                  "Draw the vessel, the catheter and the mechanics' figures, PNG");
+  verb.add_option("--every", options->run.every, "Only every so many-th exposure")
+      .in_range(1, 1000)
+      .capture_default_str();
+  verb.add_option("--second-view-every", options->run.second_view_every,
+                  "Second view with every so many-th exposure (default: as the preset has it)")
+      .in_range(1, 1000);
+  verb.add_option("--swing", options->run.swing_deg,
+                  "Swing the C-arm of the first view by so many degrees there and back every 20 s, at 10 "
+                  "degrees a second (default: as the preset has it)")
+      .in_range(-120.0, 120.0);
+  verb.add_option("--pose-noise-deg", options->run.pose_noise_deg,
+                  "Standard deviation of the angles that images of a moving view say")
+      .in_range(0.0, 10.0)
+      .capture_default_str();
+  verb.add_option("--pose-noise-mm", options->run.pose_noise_mm, "The same of where it stands")
+      .in_range(0.0, 100.0)
+      .capture_default_str();
+  verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
+  verb.callback([options, &exit_code] {
+    options->run.announces_pose = !options->unannounced;
+    exit_code = simulate(*options);
+  });
+  return verb;
+}
+
+}  // namespace tubed

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Makes the pictures of this README: screenshots.py FOLDER_OF_PROGRAMS [FOLDER_OF_PICTURES]; ./run screenshots calls it.
+
+Each state is made as it comes about: `tubectl demo --web` runs, and its buttons are pressed. A picture is one that the browser's compositor put together. In namespaces of its own, as root.
+"""
+import base64
+import math
+import os
+import pathlib
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parents[1] / "tests/system"))
+import bed as beds  # noqa: E402
+import browser as browsers  # noqa: E402
+import calm  # noqa: E402
+import view_client as client  # noqa: E402
+
+WIDTH, HEIGHT = 1280, 760
+
+
+def wait_for_server():
+    until = time.monotonic() + 30
+    while time.monotonic() < until:
+        try:
+            return client.connect().close()
+        except OSError:
+            time.sleep(0.1)
+    raise beds.Failure("nobody listens at the page's address")
+
+
+def opened(bed, state="valid"):
+    wait_for_server()
+    window = browsers.Browser(WIDTH, HEIGHT)
+    bed.closing.callback(window.close)
+    window.open(f"http://{client.HOST}/")
+    window.wait(f"window.tubedView && document.body.classList.contains('{state}')", state, 60)
+    return window
+
+
+def shoot(window, folder, name, state, words=""):
+    """When the page is in that state; another picture where it has left it meanwhile (a busy machine)."""
+    # Taking pictures holds a busy page up, which its watchdog would show.
+    window.run("document.querySelector('#watchdog')?.remove();")
+    for _ in range(20):
+        window.wait(f"document.body.classList.contains('{state}') && document.querySelector('#why').textContent.includes('{words}')",
+                    f"{name}: {state}, {words}", 20)
+        for at, png in reversed(window.frames(1.5)):
+            if was(window, "none" if state == "silent" else state, words, at):
+                save(folder / f"{name}.png", base64.b64decode(png))
+                return beds.say(f"{name}.png")
+    raise beds.Failure(f"{name}: the page does not stay {state}")
+
+
+def save(path, png):
+    """With 64 colours where pngquant is there."""
+    path.write_bytes(png)
+    if shutil.which("pngquant"):
+        subprocess.run(["pngquant", "--force", "--strip", "--ext", ".png", "64", str(path)], check=True)
+
+
+def was(window, state, words, at, for_s=0.08):
+    """Whether the page had been in that state for a while at that instant, and stayed so."""
+    states = window.run("return tubedView.counts.states;")
+    before = [each for each in states if each["wall"] / 1000 <= at]
+    stays = not [each for each in states if at < each["wall"] / 1000 < at + for_s]
+    return bool(before) and before[-1]["class"] == state and words in before[-1]["why"] and before[-1]["wall"] / 1000 < at - for_s and stays
+
+
+def demo(bed, folder):
+    process = subprocess.Popen([bed.program("tubectl"), "demo", "--web"], stderr=subprocess.DEVNULL, preexec_fn=calm.die_with_parent)
+    bed.closing.callback(lambda: (process.kill(), process.wait()))
+    window = opened(bed)
+    press = lambda name: window.run("[...document.querySelectorAll('#demo button')].find((e) => e.textContent === arguments[0]).click();", name)
+    time.sleep(20)
+    shoot(window, folder, "valid", "valid", "nothing contradicts")
+    press("Coil 3 off by 12 mm")
+    time.sleep(3)
+    shoot(window, folder, "questionable", "questionable", "a coil")
+    press("Repair all")
+    time.sleep(4)
+    press("Fluoroscopy off")
+    time.sleep(3)
+    shoot(window, folder, "fluoroscopy-off", "valid", "fluoroscopy is off")
+    press("Repair all")
+    time.sleep(4)
+    press("Tracker stalls")
+    time.sleep(0.7)
+    shoot(window, folder, "invalid", "none", "tracker sends nothing new")
+    time.sleep(4)
+    window.run("document.querySelector('#help').showModal();")
+    window.picture(folder / "help.png")
+    save(folder / "help.png", (folder / "help.png").read_bytes())
+    window.run("document.querySelector('#help').close();")
+    daemon = next(pid for pid in children(process.pid) if pathlib.Path(f"/proc/{pid}/comm").read_text().strip() == "tubed")
+    os.kill(daemon, signal.SIGSTOP)
+    time.sleep(1)
+    shoot(window, folder, "nothing", "silent")
+    os.kill(daemon, signal.SIGCONT)
+    window.close()
+    process.terminate()
+    process.wait()
+
+
+def children(pid):
+    return [int(child) for child in pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def two_of_each(bed, folder):
+    """Two instruments in two views."""
+    text = bed.simulation((beds.Instrument(), beds.Instrument("cath-2", 6), beds.Instrument("cath-1-em", 1, "em")),
+                          head=f'[shm]\npreview_folder = "{bed.folder}"\n')
+    side = ('[[camera]]\nname = "B"\nwidth = 400\nheight = 600\nfx = 2000.0\nfy = 2000.0\ncx = 200.0\ncy = 300.0\n'
+            'T_camera_world = [[0,0,1,0],[0,1,0,0],[-1,0,0,1200],[0,0,0,1]]\ndriver = "simulation"\n\n')
+    bed.start_daemon(text.replace("[[instrument]]", side + "[[instrument]]", 1))
+    viewer = subprocess.Popen([bed.program("tubed-view"), "--images", str(bed.folder)], stderr=subprocess.DEVNULL, preexec_fn=calm.die_with_parent)
+    bed.closing.callback(lambda: (viewer.kill(), viewer.wait()))
+    window = opened(bed)
+    time.sleep(8)
+    shoot(window, folder, "two-instruments-two-views", "valid")
+    points = window.run("return tubedView.now().sample.points;")
+    window.close()
+    viewer.kill()
+    viewer.wait()
+    (bed.folder / "vessel.stl").write_bytes(tube_stl([points[i:i + 3] for i in range(0, len(points), 12)], 11))
+    viewer = subprocess.Popen([bed.program("tubed-view"), "--images", str(bed.folder), "--vessel", str(bed.folder / "vessel.stl")],
+                              stderr=subprocess.DEVNULL, preexec_fn=calm.die_with_parent)
+    bed.closing.callback(lambda: (viewer.kill(), viewer.wait()))
+    window = opened(bed)
+    time.sleep(4)
+    shoot(window, folder, "vessel", "valid")
+
+
+def tube_stl(points, radius, sides=24):
+    """A tube around a line as binary STL: in place of a segmented vessel."""
+    rings = []
+    for i, p in enumerate(points):
+        a, b = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
+        t = unit([y - x for x, y in zip(a, b)])
+        u = unit(cross(t, [0, 0, 1] if abs(t[2]) < 0.9 else [1, 0, 0]))
+        v = cross(t, u)
+        rings.append([[c + radius * (math.cos(2 * math.pi * k / sides) * x + math.sin(2 * math.pi * k / sides) * y) for c, x, y in zip(p, u, v)]
+                      for k in range(sides)])
+    triangles = []
+    for ring, other in zip(rings, rings[1:]):
+        for k in range(sides):
+            a, b, c, d = ring[k], ring[(k + 1) % sides], other[k], other[(k + 1) % sides]
+            triangles += [(a, b, c), (b, d, c)]
+    return b"tube".ljust(80) + struct.pack("<I", len(triangles)) + b"".join(
+        struct.pack("<12fH", 0, 0, 0, *(x for corner in triangle for x in corner), 0) for triangle in triangles)
+
+
+def unit(v):
+    length = math.hypot(*v)
+    return [x / length for x in v]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def scenario(run, folder):
+    def made(bed):
+        run(bed, folder)
+    made.__name__ = run.__name__
+    return made
+
+
+def main():
+    programs = sys.argv[1]
+    folder = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "pictures"
+    folder.mkdir(exist_ok=True)
+    if shutil.which("pngquant") is None:
+        beds.say("no pngquant: the pictures stay five times as large")
+    if os.environ.get("TUBED_PICTURES") is None:  # one process each: namespaces are entered once
+        for run in (demo, two_of_each):
+            subprocess.run([sys.executable, __file__, programs, str(folder)], env={**os.environ, "TUBED_PICTURES": run.__name__}, check=True)
+        return 0
+    return beds.run_scenario([scenario(run, folder) for run in (demo, two_of_each)], programs, os.environ["TUBED_PICTURES"], visible=[folder])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,246 @@
+#include "daemon/estimator/paper/paper_estimator.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "daemon/image/vesselness_meter.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr int kPublishedCoefficients = 48;
+constexpr double kRested_mm =
+    0.05;  // root mean square of the knot points' move in a round that ends the rounds
+constexpr double kFewestAgreeing = 0.5;
+constexpr double kTrustedAgreeing = 0.8;
+
+/// 3 x 3 blocks of weights(i, j) I: rows of 3 points from 3 x columns of coordinates.
+Eigen::MatrixXd in_three_axes(const Eigen::MatrixXd& weights) {
+  Eigen::MatrixXd three = Eigen::MatrixXd::Zero(3 * weights.rows(), 3 * weights.cols());
+  for (Eigen::Index i = 0; i < weights.rows(); ++i) {
+    for (Eigen::Index j = 0; j < weights.cols(); ++j) {
+      three.block<3, 3>(3 * i, 3 * j) = weights(i, j) * Eigen::Matrix3d::Identity();
+    }
+  }
+  return three;
+}
+
+Eigen::MatrixXd sampled_weights(const KnotCurve& curve, int count) {
+  Eigen::MatrixXd weights(count, curve.count());
+  for (int i = 0; i < count; ++i) {
+    weights.row(i) = curve.weights(curve.length_mm() * i / (count - 1)).transpose();
+  }
+  return weights;
+}
+
+Eigen::MatrixXd basis_at_samples(const UniformCubicBSpline& spline, Eigen::Index count) {
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, spline.coefficient_count());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const CubicBasis basis =
+        spline.basis(spline.length_mm() * static_cast<double>(i) / static_cast<double>(count - 1));
+    for (int k = 0; k < 4; ++k) B(i, basis.first + k) = basis.value[static_cast<std::size_t>(k)];
+  }
+  return B;
+}
+
+/// Gaussian update of a covariance that may be singular by information about some combinations.
+Eigen::MatrixXd updated(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& information) {
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
+  return (one + covariance * information).partialPivLu().solve(covariance);
+}
+
+/// Information about displacements along two axes as one about displacements in the world.
+Eigen::MatrixXd in_world(const Eigen::MatrixXd& plane_information, const Eigen::Matrix<double, 3, 2>& plane) {
+  const Eigen::Index n = plane_information.rows() / 2;
+  Eigen::MatrixXd world(3 * n, 3 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      world.block<3, 3>(3 * i, 3 * j) =
+          plane * plane_information.block<2, 2>(2 * i, 2 * j) * plane.transpose();
+    }
+  }
+  return world;
+}
+
+int millimetres(double length_mm) {
+  return std::max(8 * kPublishedCoefficients, static_cast<int>(length_mm)) + 1;
+}
+
+}  // namespace
+
+PaperEstimator::PaperEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                               const RoomDescription& room)
+    : settings_(settings),
+      instrument_(instrument),
+      T_world_em_(room.T_world_em),
+      registered_(room.registered),
+      curve_(settings.paper.knot_point_count, instrument.length_mm),
+      samples_(sampled_weights(curve_, millimetres(instrument.length_mm))),
+      spline_(kPublishedCoefficients, instrument.length_mm),
+      fit_(basis_at_samples(spline_, samples_.rows())),
+      point_weights_(sampled_weights(curve_, kMaxCentrelinePoints)) {
+  for (const CameraCalibration& camera : room.cameras) {
+    cameras_.emplace_back(camera);
+    searches_.emplace_back(settings, instrument, camera, curve_);
+  }
+}
+
+void PaperEstimator::reset() noexcept {
+  for (PaperImageMle& search : searches_) search.forget();
+  lost_tube_.forget();
+  has_shape_ = false;
+  newest_image_ = MonotonicTime{};
+}
+
+void PaperEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+  begin_report(observation, estimate);
+  images_ = ImageVerdict::kNone;
+  const EmFrame* frame = observation.em->newest_until(observation.instant);
+  const CoilObservations coils = observe_coils(frame, *observation.em, instrument_, T_world_em_,
+                                               static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
+  if (is_stale(frame, observation, settings_)) {
+    estimate.reasons.add(Reason::kEmStale);
+  } else {
+    try {
+      if (solve(observation, coils, estimate)) {
+        keep();
+        has_shape_ = true;
+        shape_time_ = observation.is_image_instant ? observation.instant : frame->measured;
+      }
+    } catch (const std::exception&) {
+      shape_.converged = false;  // out of memory: the last shape stays, and is said to be none of now
+    }
+  }
+  const FoundShape found{&spline_, has_shape_ ? &C_ : nullptr, nullptr, shape_time_};
+  write_shape(found, instrument_, estimate);
+  write_covariance(estimate);
+  write_coils(coils, found, estimate);
+  write_measurements(frame, newest_image_, estimate);
+  judge(observation, coils, {true, registered_, shape_.converged, lost_tube_.standing(observation, images_)},
+        estimate);
+}
+
+bool PaperEstimator::solve(const Observation& observation, const CoilObservations& coils,
+                           TubeEstimate& estimate) {
+  const auto em = solve_paper_em_map(settings_, instrument_.length_mm, coils);
+  if (!em) {
+    return false;
+  }
+  estimate.iterations += static_cast<std::uint32_t>(em->iterations);
+  shape_ = {em->points(curve_.count(), instrument_.length_mm), knot_covariance(*em), em->converged};
+  if (!registered_) {
+    return true;
+  }
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    ImageMeasurement* image = observation.images[camera];
+    if (image != nullptr && image->state == ImageState::kMeasured) {
+      if (observation.on_demand[camera] != nullptr) {
+        ImageArea whole = image->measured;
+        whole.add_whole();
+        observation.on_demand[camera]->filter_missing(*image, whole);
+      }
+      images_ = fuse(*image, camera, coils, *em, estimate);
+      break;
+    }
+  }
+  return true;
+}
+
+ImageVerdict PaperEstimator::fuse(const ImageMeasurement& image, std::size_t camera,
+                                  const CoilObservations& coils, const PaperEmShape& em,
+                                  TubeEstimate& estimate) {
+  cameras_[camera].look_from(image.geometry);
+  searches_[camera].look_from(image.geometry);
+  const Eigen::Matrix3Xd K_em = shape_.K;
+  Shape fused = shape_;
+  fused.converged = false;
+  PaperMleOutcome outcome;
+  for (int round = 0; round < settings_.paper.rounds && !fused.converged; ++round) {
+    const Eigen::Matrix3Xd K_before = fused.K;
+    outcome = searches_[camera].search(image, K_em, round == 0, fused.K);
+    estimate.iterations += static_cast<std::uint32_t>(outcome.iterations);
+    estimate.in_view_ratio = static_cast<float>(outcome.in_view_ratio);
+    estimate.image_inlier_ratio = static_cast<float>(outcome.agreeing_ratio);
+    if (!outcome.looked) return ImageVerdict::kNone;
+    if (outcome.agreeing_ratio < kFewestAgreeing) return ImageVerdict::kLost;
+    if (!solve_depths(cameras_[camera], coils, em, fused, estimate)) return ImageVerdict::kLost;
+    fused.converged = (fused.K - K_before).norm() < kRested_mm * std::sqrt(curve_.count());
+  }
+  if (fused.covariance.size() > 0) {
+    const Eigen::Matrix<double, 3, 2> plane =
+        cameras_[camera].calibration().T_camera_world.linear().transpose().leftCols<2>();
+    fused.covariance = updated(fused.covariance, in_world(outcome.information, plane));
+  }
+  shape_ = std::move(fused);
+  estimate.has_image = true;
+  newest_image_ = image.exposure;
+  if (outcome.agreeing_ratio >= kTrustedAgreeing) searches_[camera].adapt(image, shape_.K);
+  return ImageVerdict::kShowsTube;
+}
+
+// Knot points go along their viewing rays: what the image said of them stays.
+bool PaperEstimator::solve_depths(const Camera& camera, const CoilObservations& coils, const PaperEmShape& em,
+                                  Shape& shape, TubeEstimate& estimate) const {
+  const RigidTransform& T_camera_world = camera.calibration().T_camera_world;
+  const RigidTransform T_world_camera = T_camera_world.inverse();
+  const Eigen::Matrix3Xd samples_mm = T_camera_world * (shape.K * samples_.transpose());
+  const double spacing_mm = instrument_.length_mm / static_cast<double>(samples_.rows() - 1);
+  const PointAtDepth point = [&](double s_mm, double depth_mm) -> Eigen::Vector3d {
+    const double place = std::clamp(s_mm / spacing_mm, 0.0, static_cast<double>(samples_.rows()) - 1.001);
+    const auto before = static_cast<Eigen::Index>(place);
+    const double t = place - static_cast<double>(before);
+    const Eigen::Vector3d p_mm = (1 - t) * samples_mm.col(before) + t * samples_mm.col(before + 1);
+    return T_world_camera * (p_mm * (depth_mm / p_mm.z()));
+  };
+  Eigen::RowVectorXd start = T_camera_world.linear().row(2) * em.nodes;
+  for (Eigen::Index node = 0; node < start.size(); node += 2) start(node) += T_camera_world.translation().z();
+  const auto depths = solve_paper_depth_map(settings_, instrument_.length_mm, coils, point, start);
+  if (!depths) {
+    return false;
+  }
+  estimate.iterations += static_cast<std::uint32_t>(depths->iterations);
+  for (int i = 0; i < curve_.count(); ++i) {
+    const GapBasis at = depths->cubics.basis(curve_.knot_point_s_mm(i));
+    const Eigen::Vector3d K_camera = T_camera_world * shape.K.col(i).eval();
+    const double depth_mm = combine(depths->nodes, at, at.value)(0);
+    shape.K.col(i) = T_world_camera * (K_camera * (depth_mm / K_camera.z()));
+  }
+  return shape.K.allFinite();
+}
+
+Eigen::MatrixXd PaperEstimator::knot_covariance(const PaperEmShape& em) const {
+  if (em.covariance.size() == 0) {
+    return {};
+  }
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(curve_.count(), em.nodes.cols());
+  for (int i = 0; i < curve_.count(); ++i) {
+    const GapBasis at = em.cubics.basis(curve_.knot_point_s_mm(i));
+    for (int k = 0; k < 4; ++k) weights(i, 2 * at.gap + k) = at.value[static_cast<std::size_t>(k)];
+  }
+  const Eigen::MatrixXd three = in_three_axes(weights);
+  return three * em.covariance * three.transpose();
+}
+
+// From knot points to the coefficients that are published: least squares over samples every millimetre.
+void PaperEstimator::keep() {
+  const Eigen::Matrix3Xd samples_mm = shape_.K * samples_.transpose();
+  C_ = fit_.solve(samples_mm.transpose()).transpose();
+}
+
+void PaperEstimator::write_covariance(TubeEstimate& estimate) const {
+  if (!has_shape_ || shape_.covariance.size() == 0) {
+    return;
+  }
+  for (std::uint32_t i = 0; i < estimate.point_count; ++i) {
+    const Eigen::MatrixXd three = in_three_axes(point_weights_.row(i));
+    const Eigen::Matrix3d m = three * shape_.covariance * three.transpose();
+    estimate.points[i].covariance_mm2 = {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)),
+                                         static_cast<float>(m(0, 2)), static_cast<float>(m(1, 1)),
+                                         static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
+  }
+}
+
+}  // namespace tubed

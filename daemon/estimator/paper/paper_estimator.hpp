@@ -1,0 +1,63 @@
+// Mode "paper": the method of Tran et al. as printed where it can be, every instant by itself (Sec. 2.2.3).
+#pragma once
+
+#include <vector>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/paper/paper_em_map.hpp"
+#include "daemon/estimator/paper/paper_image_mle.hpp"
+#include "daemon/estimator/report.hpp"
+#include "daemon/model/dense_solver.hpp"
+
+namespace tubed {
+
+/// MAP of Eq. (14) in 3D, then MLE of Eq. (18) in the image and MAP along the depth in turn until the knot
+/// points rest. The image is that of the first camera that has one. Unlike the other modes it allocates, and
+/// takes some milliseconds: for comparison, not for the operating room. Nothing leaves estimate() as an
+/// exception: what fails makes an estimate that says NOT_CONVERGED.
+class PaperEstimator final : public Estimator {
+ public:
+  PaperEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                 const RoomDescription& room);
+
+  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void reset() noexcept override;
+
+ private:
+  /// The shape at one instant, before it is written.
+  struct Shape {
+    Eigen::Matrix3Xd K;          ///< knot points, mm, world
+    Eigen::MatrixXd covariance;  ///< 3 n x 3 n; empty: unknown
+    bool converged = false;
+  };
+
+  bool solve(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
+  ImageVerdict fuse(const ImageMeasurement& image, std::size_t camera, const CoilObservations& coils,
+                    const PaperEmShape& em, TubeEstimate& estimate);
+  bool solve_depths(const Camera& camera, const CoilObservations& coils, const PaperEmShape& em, Shape& shape,
+                    TubeEstimate& estimate) const;
+  [[nodiscard]] Eigen::MatrixXd knot_covariance(const PaperEmShape& em) const;
+  void keep();
+  void write_covariance(TubeEstimate& estimate) const;
+
+  EstimatorSettings settings_;
+  InstrumentDescription instrument_;
+  RigidTransform T_world_em_;
+  bool registered_;
+  KnotCurve curve_;
+  std::vector<Camera> cameras_;
+  std::vector<PaperImageMle> searches_;  ///< one each of cameras_
+  Eigen::MatrixXd samples_;              ///< weights of the knot points every mm, one place a row
+  UniformCubicBSpline spline_;           ///< what is published
+  LeastSquares fit_;
+  Eigen::MatrixXd point_weights_;  ///< of the knot points in the published points, one point a row
+  Shape shape_;
+  Eigen::Matrix3Xd C_;  ///< published coefficients
+  bool has_shape_ = false;
+  ImageVerdict images_ = ImageVerdict::kNone;
+  LostTube lost_tube_;
+  MonotonicTime shape_time_{};
+  MonotonicTime newest_image_{};
+};
+
+}  // namespace tubed

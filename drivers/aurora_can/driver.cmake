@@ -1,0 +1,3 @@
+set(driver_libraries drivers_aurora)
+set(driver_test_libraries drivers_aurora_serial drivers_laboratory_aurora_emulator)
+set(driver_place 2)

@@ -1,0 +1,3 @@
+set(driver_libraries drivers_aurora)
+set(driver_test_libraries drivers_laboratory_aurora_emulator second_aurora)
+set(driver_place 1)

@@ -1,0 +1,76 @@
+// The presets of the simulation: patient, motion, views, tracker and what goes wrong, by name and seed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/interface/room.hpp"
+#include "drivers/laboratory/fluoroscope/radiograph_scene.hpp"
+#include "drivers/laboratory/instrument/catheterisation.hpp"
+#include "drivers/laboratory/tracker/em_errors.hpp"
+#include "drivers/laboratory/vessel/aorta.hpp"
+#include "drivers/laboratory/view_motion.hpp"
+
+namespace tubed {
+
+/// From and until, s.
+struct TimeSpan {
+  double from_s = 0;
+  double until_s = 0;
+  [[nodiscard]] bool contains(double t_s) const { return t_s >= from_s && t_s < until_s; }
+};
+
+/// Everything that a preset is, for one seed.
+struct Scenario {
+  std::string name;
+  std::string meaning;  ///< one line for a person
+  std::int64_t seed = 0;
+  AortaDimensions patient;
+  std::string vessel_file;  ///< of the user's own, instead of the patient's aorta; empty: none
+  std::vector<CatheterCommand> commands;
+  double steps_per_s = 7.5;    ///< commands a second
+  double frame_rate_hz = 7.5;  ///< exposures of the first view
+  int second_view_every = 1;   ///< of the first view's exposures has one of the second view with it
+  double em_rate_hz = 40;
+  double em_phase_s = 0;             ///< of the first measurement after the first exposure
+  double em_clock_error_s = 0;       ///< the tracker's time stamps are so much late
+  bool em_with_every_image = false;  ///< one measurement at each exposure instead of em_rate_hz
+  EmErrorSettings em;
+  RoomDescription room;  ///< cameras, registration as it is given to the daemon, one catheter
+  /// The true registration is room.T_world_em * registration_error.
+  RigidTransform registration_error = RigidTransform::Identity();
+  std::vector<TimeSpan> fluoroscopy_off;
+  ViewMotion view_motion;       ///< of the first view
+  ClutterStates clutter;        ///< what else is in the pictures
+  double contrast_from_s = -1;  ///< when contrast agent is injected; negative: never
+  double detector_lag = 0;      ///< part of a picture that stays for the next
+
+  [[nodiscard]] bool fluoroscopy_on(double t_s) const;
+};
+
+/// Where the part of a catheter that is asked for can be, in the tracker's frame.
+Eigen::AlignedBox3d working_volume_mm(const RigidTransform& T_em_world);
+
+/// The names of all presets.
+const std::vector<std::string>& preset_names();
+
+/// Throws std::invalid_argument, naming the presets there are, for another name.
+Scenario make_scenario(std::string_view preset, std::int64_t seed);
+
+/// The scenario in a vessel of the user's own (see read_vessel, whose errors it throws): the views are turned
+/// to the middle of its route, and commands that would go beyond its end are left out.
+Scenario in_vessel(Scenario scenario, const std::string& vessel_file);
+
+/// Runs the scenario's mechanics: its vessel, then all commands; two to four
+/// seconds.
+Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress = {});
+
+/// The same, computed once and shared by all holders in this process. Waits while another thread computes it.
+std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
+                                                     const std::function<void(std::size_t)>& progress = {});
+
+}  // namespace tubed

@@ -1,0 +1,149 @@
+#include "drivers/laboratory/simulated_view.hpp"
+
+#include <algorithm>
+
+#include "drivers/laboratory/fluoroscope/clutter.hpp"
+#include "drivers/laboratory/fluoroscope/thorax.hpp"
+#include "drivers/laboratory/vessel/vessel_file.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kRodStep_mm = 2;
+constexpr Eigen::Index kRodPoints = 380;  ///< the whole catheter in the patient, and beyond
+
+/// The route of the scenario's vessel, from the introducer to the valve.
+VesselCourse course_of(const Scenario& scenario) {
+  const Vessel vessel =
+      scenario.vessel_file.empty() ? make_aorta(scenario.patient) : read_vessel(scenario.vessel_file);
+  const auto count = static_cast<Eigen::Index>(vessel.route.size());
+  VesselCourse course{Eigen::Matrix3Xd(3, count), Eigen::VectorXd(count)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const VesselStation& station = vessel.route[static_cast<std::size_t>(i)];
+    course.centreline_room_mm.col(i) = station.p_world_mm;
+    course.radius_mm[i] = station.radius_mm;
+  }
+  return course;
+}
+
+/// Tip electrode and three rings, as of an ablation catheter.
+std::vector<RadiographElectrode> electrodes() {
+  std::vector<RadiographElectrode> all;
+  for (const auto& [s_mm, length_mm] : {std::pair{1.75, 3.5}, {6.5, 1.3}, {10.5, 1.3}, {14.5, 1.3}}) {
+    RadiographElectrode electrode;
+    electrode.s_mm = s_mm;
+    electrode.length_mm = length_mm;
+    all.push_back(electrode);
+  }
+  return all;
+}
+
+RadiographRod rod_of(const InstrumentDescription& instrument) {
+  RadiographRod rod;
+  rod.centreline_room_mm.resize(3, kRodPoints);
+  rod.radius_mm = instrument.diameter_mm / 2;
+  rod.lumen_radius_mm = std::min(rod.lumen_radius_mm, rod.radius_mm / 2);
+  rod.electrodes = electrodes();
+  for (RadiographElectrode& electrode : rod.electrodes) {
+    electrode.radius_mm = rod.radius_mm;
+  }
+  return rod;
+}
+
+RadiographSettings settings_of(const Scenario& scenario) {
+  RadiographSettings settings;
+  settings.detector.lag = scenario.detector_lag;
+  const ClutterStates& clutter = scenario.clutter;
+  if (clutter.heart_beat || clutter.breathing) {
+    add_motion(settings);
+  }
+  if (scenario.contrast_from_s >= 0) {
+    add_lumen(settings, course_of(scenario));
+  }
+  if (clutter.second_wire || clutter.ecg_leads) {
+    add_default_clutter(settings);
+  }
+  return settings;
+}
+
+}  // namespace
+
+AttenuationVolume body_of(const SimulatedWorld& world) {
+  const Scenario& scenario = *world.scenario();
+  ThoraxSettings settings;
+  settings.seed = scenario.seed;
+  settings.aorta = course_of(scenario);
+  return make_thorax(settings);
+}
+
+SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWorld& world, std::int64_t seed,
+                             double cnr, std::shared_ptr<const AttenuationVolume> body)
+    : at_rest_(camera), view_(geometry_of(camera)), seed_(seed) {
+  const Scenario* scenario = world.scenario();
+  if (scenario == nullptr) {
+    drawn_ = std::make_unique<FluoroscopeRenderer>(camera, world, seed, cnr);
+    return;
+  }
+  if (body == nullptr) {
+    body = std::make_shared<const AttenuationVolume>(body_of(world));
+  }
+  settings_ = std::make_unique<const RadiographSettings>(settings_of(*scenario));
+  radiograph_ = std::make_unique<Radiograph>(camera, *body, *settings_, seed);
+  if (world.view_motion().moves_at_all()) {
+    body_ = std::move(body);
+  }
+  scene_.clutter = scenario->clutter;
+  const auto& instruments = world.room().instruments;
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    if (world.catheter_of(static_cast<int>(i)) == static_cast<int>(i)) {
+      scene_.catheters.push_back(rod_of(instruments[i]));
+    }
+  }
+}
+
+void SimulatedView::look_from(const ViewGeometry& view) {
+  if (view == view_) {
+    return;
+  }
+  view_ = view;
+  if (drawn_ != nullptr) {
+    drawn_->look_from(view);
+    return;
+  }
+  CameraCalibration moved = at_rest_;
+  moved.look_from(view);
+  radiograph_ = std::make_unique<Radiograph>(moved, *body_, *settings_, seed_);
+}
+
+void SimulatedView::place_catheters(const SimulatedWorld& world, double t_s) {
+  std::size_t rod = 0;
+  for (int instrument = 0; instrument < static_cast<int>(world.room().instruments.size()); ++instrument) {
+    if (world.catheter_of(instrument) == instrument) {
+      Eigen::Matrix3Xd& points = scene_.catheters[rod++].centreline_room_mm;
+      for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        points.col(i) = world.point(instrument, t_s, kRodStep_mm * static_cast<double>(i));
+      }
+    }
+  }
+}
+
+void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t exposure,
+                           std::span<std::uint8_t> pixels) {
+  if (world.view_motion().moves_at_all()) {
+    look_from(world.view(at_rest_, t_s));
+  }
+  if (drawn_ != nullptr) {
+    drawn_->render(world, t_s, exposure, pixels);
+    return;
+  }
+  const double scenario_s = world.scenario_time_s(t_s);
+  const double contrast_from_s = world.scenario()->contrast_from_s;
+  scene_.exposure = exposure;
+  scene_.time_s = t_s;
+  scene_.clutter.contrast_age_s = contrast_from_s >= 0 ? scenario_s - contrast_from_s : -1;
+  place_catheters(world, t_s);
+  radiograph_->render(scene_, pixels);
+}
+
+}  // namespace tubed

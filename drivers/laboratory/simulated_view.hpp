@@ -1,0 +1,48 @@
+// The picture that one view of the simulated fluoroscope takes, for the live source and sequence folders
+// alike.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "drivers/laboratory/fluoroscope/attenuation_volume.hpp"
+#include "drivers/laboratory/fluoroscope/radiograph.hpp"
+#include "drivers/laboratory/fluoroscope_renderer.hpp"
+#include "drivers/laboratory/simulated_world.hpp"
+#include "idl/geometry/camera.hpp"
+
+namespace tubed {
+
+/// The body that the preset's catheter is in: a chest with the preset's aorta. Takes a second or two.
+/// Precondition: the world has a preset.
+AttenuationVolume body_of(const SimulatedWorld& world);
+
+/// 8-bit pictures: of a preset, radiographs of a chest; of "arch", drawn bands on a still background. Used by
+/// one thread. render() never allocates, but that a preset's view which stands elsewhere than for the picture
+/// before has the rays of the chest cast anew: a second or so, some seconds where heart and lungs move.
+class SimulatedView {
+ public:
+  /// `cnr` is used for "arch" only, `body` for presets: nullptr makes one. It is kept where the view moves.
+  SimulatedView(const CameraCalibration& camera, const SimulatedWorld& world, std::int64_t seed, double cnr,
+                std::shared_ptr<const AttenuationVolume> body = nullptr);
+
+  /// Draws exposure number `exposure`, taken at `t_s` of the world, into width x height pixels. `world` is
+  /// the one given at construction, or an equal one.
+  void render(const SimulatedWorld& world, double t_s, std::int64_t exposure, std::span<std::uint8_t> pixels);
+
+ private:
+  void look_from(const ViewGeometry& view);
+  void place_catheters(const SimulatedWorld& world, double t_s);
+
+  std::unique_ptr<FluoroscopeRenderer> drawn_;  ///< for "arch"
+  std::unique_ptr<Radiograph> radiograph_;      ///< for presets
+  RadiographScene scene_;
+  CameraCalibration at_rest_;
+  ViewGeometry view_;  ///< from where the next picture is drawn, unless it moves
+  std::int64_t seed_;
+  std::shared_ptr<const AttenuationVolume> body_;  ///< where the view moves
+  std::unique_ptr<const RadiographSettings> settings_;
+};
+
+}  // namespace tubed

@@ -1,0 +1,136 @@
+// Pinhole camera with OpenCV's distortion (k1 k2 p1 p2 k3). Camera frame: x right, y down, z along the view
+// (depth); image: px, the centre of the first pixel is (0, 0).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+
+#include "idl/geometry/rigid_transform.hpp"
+#include "idl/geometry/view_geometry.hpp"
+#include "idl/settings/bound_key.hpp"
+
+namespace tubed {
+
+inline constexpr double kMinFocal_px = 1;
+inline constexpr double kMaxFocal_px = 1e6;
+inline constexpr double kMaxPrincipal_px = 1e4;
+
+/// Calibration of one view, as configuration and sequence folders give it.
+struct CameraCalibration {
+  std::string name;
+  int width = 0;                       ///< px
+  int height = 0;                      ///< px
+  double fx = 0, fy = 0;               ///< focal lengths, px
+  double cx = 0, cy = 0;               ///< principal point, px
+  std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3, OpenCV's order
+  RigidTransform T_camera_world = RigidTransform::Identity();
+  double white_level = 0;  ///< grey value of a saturated pixel of its detector; 0: not known
+  GeometryUse geometry = GeometryUse::kImage;  ///< of what images bring of their own
+  /// Its images come as seen from the detector, as displays show them: rows are read from right to left, and
+  /// pixel coordinates count in what that makes.
+  bool mirrored = false;
+  double source_isocentre_mm = 0;  ///< of the C-arm behind it; 0: not known
+  double source_detector_mm = 0;   ///< the same
+
+  /// A point that this view surely sees: the isocentre where it is known, otherwise the point of the optical
+  /// axis nearest to the world's origin; nothing when that lies behind the camera.
+  [[nodiscard]] std::optional<Eigen::Vector3d> looked_at_world_mm() const;
+
+  /// Takes intrinsics and pose of `view`. Never allocates.
+  void look_from(const ViewGeometry& view);
+};
+
+/// The keys of a [[camera]]; T_camera_world is checked and set by whoever reads them.
+inline BoundKeys<CameraCalibration> camera_keys() {
+  using S = CameraCalibration;
+  const KeyRange size_px{64, 2048};
+  const KeyRange focal_px{kMinFocal_px, kMaxFocal_px};
+  const KeyRange principal_px{-kMaxPrincipal_px, kMaxPrincipal_px};
+  const auto number = [](const char* name, auto member, KeyRange range, const char* meaning,
+                         const char* example) {
+    return key::required(key::number(name, member, "px", range, meaning), example);
+  };
+  const auto live_number = [number](const char* name, auto member, KeyRange range, const char* meaning,
+                                    const char* example, const char* replaced_by = "") {
+    BoundKey<S> bound = number(name, member, range, meaning, example);
+    bound.key.takes_effect = TakesEffect::kAtOnce;
+    bound.key.replaced_by = replaced_by;
+    return bound;
+  };
+  KeyDescription pose = key::required(
+      key::transform("T_camera_world", "p_camera = T_camera_world * p_world; x right, y down, z depth"),
+      "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]");
+  pose.takes_effect = TakesEffect::kAtOnce;
+  pose.replaced_by = "c_arm";
+  return {
+      key::required(key::text("name", &S::name, key::published_name(32), "name of the view, unique"),
+                    "\"A\""),
+      number("width", &S::width, size_px, "width of the image", "400"),
+      number("height", &S::height, size_px, "height of the image", "600"),
+      live_number("fx", &S::fx, focal_px, "focal length along x", "2000.0", "c_arm"),
+      live_number("fy", &S::fy, focal_px, "focal length along y", "2000.0", "c_arm"),
+      live_number("cx", &S::cx, principal_px, "principal point, x; the first pixel's centre is 0", "200.0"),
+      live_number("cy", &S::cy, principal_px, "principal point, y; the first pixel's centre is 0", "300.0"),
+      key::numbers("distortion", &S::distortion, "", {-1000, 1000}, {5, 5},
+                   "k1 k2 p1 p2 k3, as OpenCV defines them"),
+      key::number("white_level", &S::white_level, "grey levels", {0, 65535},
+                  "of a saturated pixel, such as 4095 of a detector of 12 bits; 0 = learnt from the images"),
+      key::word(
+          "geometry", &S::geometry,
+          {{GeometryUse::kConfiguration, "configuration"},
+           {GeometryUse::kImage, "image"},
+           {GeometryUse::kRequired, "required"}},
+          "whose intrinsics and pose hold. configuration: those here, for every image; image: those that an "
+          "image brings, those here where it brings none; required: an image that brings none is "
+          "refused"),
+      key::flag("mirrored", &S::mirrored,
+                "images come as seen from the detector, as displays show them: each row is read from right "
+                "to left before anything else, and fx .. T_camera_world are of what that makes"),
+      {std::move(pose)}};
+}
+
+/// A point in the image and how it moves with the point in the world.
+struct Projection {
+  Eigen::Vector2d p_image_px;
+  Eigen::Matrix<double, 2, 3> J_image_world;  ///< px per mm
+  double depth_mm;                            ///< z in the camera frame
+};
+
+/// Projects world points. What is const may be called from any thread; nothing allocates after construction.
+class Camera {
+ public:
+  explicit Camera(CameraCalibration calibration);
+
+  /// From here on with the intrinsics and pose of `view`; with nothing, those given at construction.
+  void look_from(const std::optional<ViewGeometry>& view);
+
+  /// pi of the paper: world to image with Jacobian; nothing for a point at or behind the camera's centre (or
+  /// NaN). Far outside the field of view a distortion with negative k can fold points back into the image, as
+  /// OpenCV's does.
+  [[nodiscard]] std::optional<Projection> project(const Eigen::Vector3d& p_world_mm) const;
+
+  /// Image point without distortion: the direction (x, y, 1) in the camera frame, by fixed-point iteration
+  /// (to 1e-12, at most 100 rounds; the last value for a distortion that cannot be inverted there).
+  [[nodiscard]] Eigen::Vector3d ray_camera(const Eigen::Vector2d& p_image_px) const;
+
+  /// Inside the image by at least `margin_px` (negative: may be outside by as much)? The image reaches from
+  /// the centre of its first pixel (0, 0) to that of its last (width - 1, height - 1): whatever is contained
+  /// can be interpolated. Never true for NaN.
+  [[nodiscard]] bool contains(const Eigen::Vector2d& p_image_px, double margin_px = 0) const;
+
+  /// As it looks now.
+  [[nodiscard]] const CameraCalibration& calibration() const { return calibration_; }
+
+ private:
+  struct Place {
+    double fx, fy, cx, cy;
+    RigidTransform T_camera_world;
+  };
+
+  CameraCalibration calibration_;
+  Place at_construction_;
+};
+
+}  // namespace tubed

@@ -1,0 +1,100 @@
+#include "clients/view/messages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace tubed {
+namespace {
+
+std::unique_ptr<tubed_TubeEstimate> estimate() {
+  auto made = std::make_unique<tubed_TubeEstimate>();
+  std::strcpy(made->instrument_id, "cath-1");
+  made->validity = 2;
+  made->reasons = 4 | 16384;
+  made->point_count = 2;
+  made->length_mm = 380;
+  made->points[1].p_world_mm[2] = 1.23456;
+  made->points[1].covariance_mm2[5] = 0.25F;
+  return made;
+}
+
+TEST(EstimateJson, CarriesWhatIsShown) {
+  const nlohmann::json json = estimate_json(*estimate(), 5'000'000, nullptr, nullptr);
+  EXPECT_EQ(json["validity"], "QUESTIONABLE");
+  EXPECT_EQ(json["reasons"], (nlohmann::json{"COIL_LOST", "DEMO_DATA"}));
+  EXPECT_EQ(json["received"], 5.0);
+  EXPECT_EQ(json["points"].size(), 6U);
+  EXPECT_EQ(json["points"][5], 1.235);
+  EXPECT_EQ(json["cov"].size(), 12U);
+  EXPECT_EQ(json["cov"][11], 0.25);
+  EXPECT_FALSE(json.contains("em"));
+}
+
+TEST(EstimateJson, CountsBeyondTheArraysAreCut) {
+  auto made = estimate();
+  made->point_count = made->coil_count = std::numeric_limits<std::uint32_t>::max();
+  const nlohmann::json json = estimate_json(*made, 0, nullptr, nullptr);
+  EXPECT_EQ(json["points"].size(), 3U * 128U);
+  EXPECT_EQ(json["coils"].size(), 16U);
+}
+
+TEST(EstimateJson, WhatIsNoNumberIsNull) {
+  auto made = estimate();
+  made->coil_count = 1;
+  made->coils[0].position_mm = std::nanf("");
+  made->points[0].p_world_mm[0] = std::numeric_limits<double>::infinity();
+  made->em_age_ns = -1;
+  const nlohmann::json json = nlohmann::json::parse(estimate_json(*made, 0, nullptr, nullptr).dump());
+  EXPECT_TRUE(json["coils"][0]["mm"].is_null() && json["points"][0].is_null() && json["em_age"].is_null());
+}
+
+TEST(EstimateJson, LatencyIsOfSamplesWithAnImage) {
+  auto made = estimate();
+  made->stamps.exposure_monotonic_ns = 1'000'000;
+  made->stamps.publish_started_monotonic_ns = 5'500'000;
+  EXPECT_TRUE(estimate_json(*made, 0, nullptr, nullptr)["latency"].is_null());
+  made->has_image = true;
+  EXPECT_EQ(estimate_json(*made, 0, nullptr, nullptr)["latency"], 4.5);
+}
+
+TEST(EstimateJson, CoilsAreTurnedToTheWorld) {
+  auto coils = std::make_unique<tubed_EmSamples>();
+  coils->coil_count = 1;
+  coils->coils[0] = {.status = 1, .p_em_mm = {1, 2, 3}, .tangent_em = {1, 0, 0}, .indicator = 0};
+  // A quarter of a turn about z, then 10, 20, 30 mm.
+  const double T[16]{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30, 0, 0, 0, 1};
+  const nlohmann::json json = estimate_json(*estimate(), 0, coils.get(), T);
+  EXPECT_EQ(json["em"][0]["p"], (nlohmann::json{8.0, 21.0, 33.0}));
+  EXPECT_EQ(json["em"][0]["t"], (nlohmann::json{0.0, 1.0, 0.0}));
+}
+
+TEST(RoomJson, ACameraThatSeveralInstrumentsShareIsThereOnce) {
+  RoomKnowledge room;
+  for (const char* id : {"cath-1", "cath-2"}) {
+    auto identity = std::make_unique<tubed_TubeIdentity>();
+    std::strcpy(identity->instrument_id, id);
+    identity->camera_count = 1;
+    std::strcpy(identity->cameras[0].name, "A");
+    identity->cameras[0].width = 400;
+    room.identities[id] = *identity;
+  }
+  const nlohmann::json json = room_json(room);
+  EXPECT_EQ(json["instruments"].size(), 2U);
+  ASSERT_EQ(json["cameras"].size(), 1U);
+  EXPECT_EQ(json["cameras"][0]["width"], 400);
+}
+
+TEST(RoomJson, WhatAButtonSendsStaysHere) {
+  RoomKnowledge room;
+  room.demo_commands = {{"off", "Fluoroscopy off", {{"image-A", "off"}}}};
+  EXPECT_EQ(room_json(room)["demo"],
+            nlohmann::json::parse(R"([{"name": "off", "label": "Fluoroscopy off"}])"));
+}
+
+}  // namespace
+}  // namespace tubed

@@ -1,0 +1,115 @@
+"""Views that move: poses that come with images, through the simulation and shared memory, and poses that a reload brings."""
+import signal
+import time
+
+import bed as beds
+import sequences
+from bed import check, check_timing, is_fused, is_valid, need_real_time, rate_hz, reasons_of, say
+from shared_memory import Grabber, configuration_of
+
+SECONDS = 3
+LOOKS_PAST_MM = 80  # a camera that is believed to be so far beside where it is does not find the tube
+
+
+def watched(bed, seconds, simulation):
+    """Samples of a daemon whose first view moves, after its first shape with an image."""
+    daemon, subscriber = bed.tracked(bed.simulation(simulation=simulation))
+    from_ns = time.monotonic_ns()
+    time.sleep(seconds)
+    samples = subscriber.samples(from_ns)
+    subscriber.stop()
+    daemon.stop()
+    return samples
+
+
+def share_fused(samples):
+    return sum(is_fused(sample) for sample in samples) / max(1, len(samples))
+
+
+def a_swinging_view_that_says_how_it_stands_keeps_its_images(bed):
+    need_real_time()
+    swing = "swing_deg = 40\nswing_every_s = 8\n"
+    said = watched(bed, 9, swing)
+    silent = watched(bed, 9, swing + "announces_pose = false\n")
+    say(f"with an image: {100 * share_fused(said):.0f} % of {len(said)} while it says so, {100 * share_fused(silent):.0f} % of "
+        f"{len(silent)} while it does not")
+    check(share_fused(said) > 0.8, "images are lost although they say how the view stood")
+    check(share_fused(silent) < share_fused(said) - 0.2, "that a view has moved is not felt: the test proves nothing")
+    check_timing(28 <= rate_hz(said) <= 32, f"{rate_hz(said):.1f} Hz while the view moves")
+
+
+def moved(text, by_mm):
+    """The configuration, its camera believed to be so far aside."""
+    rows = [line for line in text.splitlines() if line.startswith("T_camera_world")]
+    check(len(rows) == 1, f"expected one pose in\n{text}")
+    return text.replace(rows[0], f"T_camera_world = [[1,0,0,{by_mm}],[0,1,0,0],[0,0,1,{sequences.DEPTH_MM}],[0,0,0,1]]")
+
+
+def looped_sequence(bed):
+    folder = bed.folder / "sequence"
+    sequences.write_sequence(folder, SECONDS)
+    return folder
+
+
+def a_corrected_pose_is_taken_by_a_reload(bed):
+    need_real_time()
+    right = configuration_of(bed, looped_sequence(bed), "replay", loop=True)
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(moved(right, LOOKS_PAST_MM))
+    subscriber.wait_for(is_valid, "VALID shape", 10)
+    time.sleep(2)
+    wrong_ns = time.monotonic_ns()
+    time.sleep(1)
+    check(share_fused(subscriber.samples(wrong_ns)) < 0.1, "a camera beside the tube finds it: the test proves nothing")
+    bed.write("tubed-1.toml", moved(right, 0))
+    asked_ns = daemon.signal(signal.SIGHUP)
+    subscriber.wait_for(is_fused, "VALID shape with an image after the reload", 5, asked_ns)
+    right_ns = time.monotonic_ns()
+    time.sleep(1.5)
+    fused = share_fused(subscriber.samples(right_ns))
+    say(f"after the reload {100 * fused:.0f} % with an image")
+    check(fused > 0.5, f"after the reload only {100 * fused:.0f} % of the shapes have an image")
+    check("with other poses of the cameras" in daemon.words(), f"the log says nothing of it:\n{daemon.words()}")
+    check("restart" not in daemon.words(), f"the pose waits for a restart:\n{daemon.words()}")
+
+
+def a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on(bed):
+    need_real_time()
+    text = configuration_of(bed, looped_sequence(bed), "replay", loop=True)
+    status = bed.subscribe("--topic", "status")
+    subscriber = bed.subscribe()
+    bed.start_daemon(text.replace("[[camera]]", '[[camera]]\ngeometry = "required"'))
+    subscriber.wait_for(lambda s: "IMAGE_REJECTED" in s.get("reason_names", ""), "IMAGE_REJECTED", 10)
+    status.wait_for(lambda s: any("came without a geometry" in stage["why"] for stage in s.get("stages", [])), "words", 5)
+    from_ns = time.monotonic_ns()
+    time.sleep(2)
+    samples = subscriber.samples(from_ns)
+    check(samples and not any(sample["has_image"] for sample in samples), "an image without its geometry was used")
+    check_timing(28 <= rate_hz(samples) <= 32, f"{rate_hz(samples):.1f} Hz")
+
+
+def a_geometry_comes_through_shared_memory(bed):
+    need_real_time()
+    folder = looped_sequence(bed)
+    text = moved(configuration_of(bed, folder, "image_shm", loop=True), LOOKS_PAST_MM)
+    numbers = [line.split(",")[0] for line in (folder / "frames.csv").read_text().splitlines()[1:]]
+    (folder / "geometry.csv").write_text(
+        "frame,fx,fy,cx,cy,qw,qx,qy,qz,x,y,z,sigma_rx,sigma_ry,sigma_rz,sigma_x,sigma_y,sigma_z,pivot_depth\n" + "".join(
+            f"{number},{sequences.FOCAL_PX},{sequences.FOCAL_PX},{sequences.WIDTH / 2},{sequences.HEIGHT / 2},1,0,0,0,0,0,"
+            f"{sequences.DEPTH_MM},0,0,0,0,0,0,0\n" for number in numbers))
+    start_ns = time.monotonic_ns() + 3_000_000_000
+    text = text.replace("[replay]", f"[replay]\nstart_monotonic_ns = {start_ns}")
+    subscriber = bed.subscribe()
+    bed.start_daemon(text)
+    Grabber(bed, folder, "--loop", "--start-monotonic-ns", str(start_ns))
+    subscriber.wait_for(is_fused, "VALID shape with an image that said how it was taken", 10)
+    from_ns = time.monotonic_ns()
+    time.sleep(2)
+    samples = subscriber.samples(from_ns)
+    say(f"{100 * share_fused(samples):.0f} % of {len(samples)} with an image; reasons {set().union(*map(reasons_of, samples))}")
+    check(share_fused(samples) > 0.5, "the geometry that came with the images is not used")
+
+
+if __name__ == "__main__":
+    beds.main(a_swinging_view_that_says_how_it_stands_keeps_its_images, a_corrected_pose_is_taken_by_a_reload,
+              a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on, a_geometry_comes_through_shared_memory)
