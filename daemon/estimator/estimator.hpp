@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 
 #include "daemon/estimator/em_history.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
@@ -62,6 +63,10 @@ class Estimator {
 
   /// What it will read of the next image, as things stand after the newest estimate.
   [[nodiscard]] virtual ImageNeed image_need() const noexcept { return {}; }
+
+  /// That coils and images contradict each other: one sentence for a person into `words`, zero-terminated and
+  /// cut to its size. False, and nothing is written, while they agree or nobody looks.
+  [[nodiscard]] virtual bool describe_disagreement(std::span<char> /*words*/) const noexcept { return false; }
 
   /// Forgets the past.
   virtual void reset() noexcept = 0;

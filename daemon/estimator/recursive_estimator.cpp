@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/estimator/agreement_words.hpp"
 #include "daemon/estimator/report.hpp"
 
 namespace tubed {
@@ -36,6 +37,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       T_world_em_(room.T_world_em),
       registered_(room.registered),
       has_cameras_(!room.cameras.empty()),
+      cameras_(room.cameras),
       start_(settings, instrument.length_mm),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()),
            TubeMotion::column_count_of_motion(instrument.length_mm)),
@@ -60,13 +62,15 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       shape_(state_.C),
       scratch_(state_.P),
       departure_(Eigen::VectorXd::Zero(coefficients_.size())),
-      information_times_departure_(departure_) {
+      information_times_departure_(departure_),
+      agreement_({}, instrument, static_cast<int>(room.cameras.size())) {
   image_map_.set_strain_slack(kStrainSlack);
 }
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
   lost_tube_.forget();
+  agreement_.reset();
   state_.noise.reset();
   state_.error_scale.reset();
   state_.gated = {};
@@ -78,6 +82,14 @@ void RecursiveEstimator::reset() noexcept {
     past.begun = false;
   }
   covariance_ = nullptr;
+}
+
+bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noexcept {
+  if (!agreement_.disagree() || agreement_.verdict().explanation == Discord::kNone) {
+    return false;
+  }
+  write_disagreement(agreement_.verdict(), instrument_, cameras_, words);
+  return true;
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
@@ -115,12 +127,14 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   }
   const FoundShape shape{&map_.spline(),    state_.begun ? &shape_ : nullptr,
                          covariance_,       shape_time_,
-                         variance_factor(), &state_.rival};
+                         variance_factor(), &state_.rival,
+                         &agreement_};
   write_shape(shape, instrument_, estimate);
   write_coils(coils, shape, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);
-  judge(observation, coils, {has_cameras_, registered_, converged_, standing}, estimate);
+  judge(observation, coils, {has_cameras_, registered_, converged_, standing, agreement_.disagree()},
+        estimate);
 }
 
 // To the newest state that is not younger than `time`. Without one the present state has to do.

@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "daemon/estimator/coil_error_scale.hpp"
+#include "daemon/estimator/coil_image_agreement.hpp"
 #include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/coil_update.hpp"
 #include "daemon/estimator/estimator.hpp"
@@ -33,6 +35,7 @@ class RecursiveEstimator final : public Estimator {
   void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override;
+  [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
 
  private:
   /// How long a coil has contradicted the prediction.
@@ -163,6 +166,7 @@ class RecursiveEstimator final : public Estimator {
   RigidTransform T_world_em_;
   bool registered_;
   bool has_cameras_;
+  std::vector<CameraCalibration> cameras_;
   SingleFrameSolver start_;
   TubeMap map_;
   TubeMap image_map_;  ///< of the coefficients alone
@@ -191,6 +195,7 @@ class RecursiveEstimator final : public Estimator {
   Eigen::VectorXd information_times_departure_;
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
   LostTube lost_tube_;
+  CoilImageAgreement agreement_;
   const TubeMap* covariance_ = nullptr;  ///< that knows the covariance of shape_; nullptr: nobody
   bool converged_ = true;
   MonotonicTime shape_time_{};

@@ -106,6 +106,9 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
                 interval_s);
   learn_drift(interval_s);
   state_.error_scale.observe(coils, state_.noise, lines, map_.spline(), state_.C, interval_s);
+  agreement_.observe(coils, {observation.instant, map_.spline(), state_.C, lines},
+                     state_.noise.noise_position_mm(),
+                     state_.noise.lasting_position_mm(settings_.sigma_position_mm));
 }
 
 // Is it known so badly across itself that lines of the first reach may miss it?

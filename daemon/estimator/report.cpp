@@ -119,6 +119,10 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
         const Eigen::Vector3d way_mm = combine(*shape.rival, basis.first, basis.value);
         covariance_mm2 += way_mm * way_mm.transpose();
       }
+      if (shape.agreement != nullptr) {
+        covariance_mm2 += shape.agreement->doubt(Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()),
+                                                 derivative.normalized(), shape.time);
+      }
       point.covariance_mm2 = upper_triangle(covariance_mm2);
     } else {
       point.covariance_mm2.fill(std::numeric_limits<float>::infinity());
@@ -177,6 +181,10 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
   }
   if (has_shape && !findings.converged) {
     estimate.reasons.add(Reason::kNotConverged);
+    doubtful = true;
+  }
+  if (has_shape && findings.em_image_disagree) {
+    estimate.reasons.add(Reason::kEmImageDisagree);
     doubtful = true;
   }
   if (!has_shape) {

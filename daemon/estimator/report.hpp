@@ -1,6 +1,7 @@
 // What every estimator writes into an estimate the same way: shape, residuals, ages and the word of validity.
 #pragma once
 
+#include "daemon/estimator/coil_image_agreement.hpp"
 #include "daemon/estimator/coil_observation.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
@@ -20,6 +21,8 @@ struct FoundShape {
   double variance_factor = 1;           ///< what is published is so many times `covariance`
   /// MirrorTest::rival() of the coefficients, which adds to it; nullptr: there is none.
   const Eigen::Matrix3Xd* rival = nullptr;
+  /// Its doubt() adds to it, too; nullptr: nobody has looked.
+  const CoilImageAgreement* agreement = nullptr;
 };
 
 /// What the word of validity depends on.
@@ -28,6 +31,7 @@ struct Findings {
   bool registered = true;
   bool converged = true;
   ImageVerdict images = ImageVerdict::kNone;  ///< of this instant, or LostTube::standing()
+  bool em_image_disagree = false;             ///< CoilImageAgreement::disagree()
 };
 
 /// That an image did not show the tube holds until one does, also for the shapes between images. Called by

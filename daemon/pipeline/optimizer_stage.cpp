@@ -11,6 +11,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kSameInstant{2};         // exposures of two views nearer than this are one instant
 constexpr milliseconds kSecondViewTimeout{20};  // how long a measured view waits for the other one's Frangi
+constexpr std::chrono::seconds kWordsEvery{5};  // of one disagreement
 constexpr milliseconds kLateImage{250};         // after a stall an image this old is history, not news
 
 nanoseconds from_ms(double ms) { return nanoseconds{static_cast<std::int64_t>(ms * 1e6)}; }
@@ -214,6 +215,7 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
     publisher_bell_.ring();
   }
   hand_over_predictions();
+  ask_why(observation.now);
   schedule_.paid(observation.now);
   if (observation.now >= em_becomes_stale()) {
     told_stale_ = em_.newest_until(MonotonicTime::max())->measured;
@@ -245,6 +247,21 @@ void OptimizerStage::hand_over_predictions() noexcept {
   }
 }
 
+// The amounts in the words change a little all the time; who reads them, and the log, wants them seldom.
+void OptimizerStage::ask_why(MonotonicTime now) noexcept {
+  std::array<char, 256> words{};
+  for (const auto& estimator : estimators_) {
+    if (estimator->describe_disagreement(words)) {
+      if (why_[0] == '\0' || now - why_written_ >= kWordsEvery) {
+        why_ = words;
+        why_written_ = now;
+      }
+      return;
+    }
+  }
+  why_[0] = '\0';
+}
+
 void OptimizerStage::describe(StageReport& report) const noexcept {
   report.state = outputs_ == 0 || newest_validity_ == Validity::kNotAvailable
                      ? StageState::kStarting
@@ -252,6 +269,7 @@ void OptimizerStage::describe(StageReport& report) const noexcept {
   report.outputs = outputs_;
   report.dropped = superseded_ + late_images_;
   report.refused = backward_em_;
+  report.why = why_;
 }
 
 }  // namespace tubed

@@ -63,6 +63,7 @@ class OptimizerStage final : public Stage {
   void begin_predictions(const Observation& observation) noexcept;
   void predict(const ImageNeed& need, const TubeEstimate& estimate) noexcept;
   void hand_over_predictions() noexcept;
+  void ask_why(MonotonicTime now) noexcept;
   void make_estimates(const Observation& observation, const Clock& clock) noexcept;
 
   std::vector<std::unique_ptr<Estimator>> estimators_;
@@ -86,6 +87,8 @@ class OptimizerStage final : public Stage {
   std::uint64_t late_images_ = 0;
   std::uint64_t backward_em_ = 0;
   Validity newest_validity_ = Validity::kNotAvailable;
+  std::array<char, 256> why_{};  ///< what coils and images disagree about; empty: they agree
+  MonotonicTime why_written_{};
 };
 
 }  // namespace tubed

@@ -23,6 +23,7 @@ const WORDS = {
   RIVAL_WRITER: "another program publishes under this instrument's name",
   GEOMETRY_CHANGED: "table or C-arm moved and no pose said so: images of that view are left out",
   REFERENCE_LOST: "the reference on the patient is missing, contradicts itself or has jumped",
+  EM_IMAGE_DISAGREE: "coils and images contradict each other: the status says what explains it best",
 };
 
 export const words_of = (reason) => WORDS[reason] ?? reason.toLowerCase().replaceAll("_", " ");

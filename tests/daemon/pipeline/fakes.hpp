@@ -110,8 +110,16 @@ class FakeEstimator final : public Estimator {
   }
   void reset() noexcept override {}
   [[nodiscard]] ImageNeed image_need() const noexcept override { return need; }
+  [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
+    if (disagreement.empty()) {
+      return false;
+    }
+    words[disagreement.copy(words.data(), words.size() - 1)] = '\0';
+    return true;
+  }
 
   ImageNeed need;
+  std::string disagreement;  ///< what coils and images contradict each other about
 
  private:
   std::vector<Observation>& asked_;

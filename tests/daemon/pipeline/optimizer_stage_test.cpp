@@ -17,7 +17,9 @@ class OptimizerBench {
     std::vector<std::unique_ptr<Estimator>> estimators;
     std::vector<TripleBuffer<TubeEstimate>*> outlets;
     for (std::size_t i = 0; i < asked.size(); ++i) {
-      estimators.push_back(std::make_unique<FakeEstimator>(asked[i]));
+      auto estimator = std::make_unique<FakeEstimator>(asked[i]);
+      fakes.push_back(estimator.get());
+      estimators.push_back(std::move(estimator));
       outlets.push_back(&estimates[i]);
     }
     std::vector<CameraInlet> inlets;
@@ -59,8 +61,18 @@ class OptimizerBench {
     TripleBuffer<MonotonicTime> announcements;
     TripleBuffer<ViewVerdict> views;
   };
+  /// What the stage says of itself after the next tick.
+  std::string why_after_a_tick() {
+    clock.advance(milliseconds(50));
+    stage->step(clock);
+    StageReport report;
+    stage->describe(report);
+    return report.why.data();
+  }
+
   FakeClock clock;
   std::vector<std::vector<Observation>> asked;
+  std::vector<FakeEstimator*> fakes;  ///< the stage's
   std::vector<TripleBuffer<TubeEstimate>> estimates;
   std::array<CameraHandOver, 2> cameras;
   EmRing em;
@@ -345,6 +357,19 @@ TEST(OptimizerStage, EmMeasurementsReachTheEstimatorInOrderOfTheirTime) {
   StageReport report;
   bench.stage->describe(report);
   EXPECT_EQ(report.refused, 1U);
+}
+
+TEST(OptimizerStage, WhatCoilsAndImagesDisagreeAboutIsSaidAndItsAmountsSeldom) {
+  OptimizerBench bench;
+  EXPECT_EQ(bench.why_after_a_tick(), "");
+  bench.fakes[0]->disagreement = "about 4 mm";
+  EXPECT_EQ(bench.why_after_a_tick(), "about 4 mm");
+  bench.fakes[0]->disagreement = "about 5 mm";
+  EXPECT_EQ(bench.why_after_a_tick(), "about 4 mm");
+  bench.clock.advance(std::chrono::seconds(5));
+  EXPECT_EQ(bench.why_after_a_tick(), "about 5 mm");
+  bench.fakes[0]->disagreement.clear();
+  EXPECT_EQ(bench.why_after_a_tick(), "");
 }
 
 }  // namespace

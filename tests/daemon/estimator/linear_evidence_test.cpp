@@ -1,0 +1,117 @@
+#include "daemon/estimator/linear_evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace tubed {
+namespace {
+
+constexpr Eigen::Index kUnknowns = 9;
+constexpr Eigen::Index kResiduals = 14;
+
+/// Residuals of random rows.
+struct Residuals {
+  Residuals() {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    A = A.unaryExpr([&](double) { return normal(random); });
+    r = r.unaryExpr([&](double) { return normal(random); });
+    v = v.unaryExpr([&](double) { return 0.5 + std::abs(normal(random)); });
+  }
+  [[nodiscard]] LinearEvidence taken() const {
+    LinearEvidence evidence(kUnknowns);
+    for (Eigen::Index k = 0; k < kResiduals; ++k) {
+      evidence.add(A.row(k).transpose(), r[k], v[k]);
+    }
+    evidence.freeze();
+    return evidence;
+  }
+  /// log N(r; 0, A D^2 A^T + diag(v)), from the definition.
+  [[nodiscard]] double log_likelihood(const Eigen::VectorXd& D) const {
+    const Eigen::MatrixXd S =
+        A * D.array().square().matrix().asDiagonal() * A.transpose() + Eigen::MatrixXd(v.asDiagonal());
+    return -0.5 * std::log(S.determinant()) - 0.5 * r.dot(S.llt().solve(r));
+  }
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(kResiduals, kUnknowns);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(kResiduals);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(kResiduals);
+};
+
+Eigen::VectorXd wide_first() {
+  Eigen::VectorXd D = Eigen::VectorXd::LinSpaced(kUnknowns, 0.2, 1.5);
+  D[0] = 7;
+  return D;
+}
+
+TEST(LinearEvidence, ComparesPriorsAsTheLikelihoodOfTheResidualsDoes) {
+  const Residuals residuals;
+  LinearEvidence evidence = residuals.taken();
+  const Eigen::VectorXd narrow = Eigen::VectorXd::Constant(kUnknowns, 0.3);
+  const double difference = evidence.explain(wide_first()) - evidence.explain(narrow);
+  EXPECT_NEAR(difference, residuals.log_likelihood(wide_first()) - residuals.log_likelihood(narrow), 1e-9);
+}
+
+TEST(LinearEvidence, HasTheMeanAndTheCovarianceOfTheNormalEquations) {
+  const Residuals residuals;
+  LinearEvidence evidence = residuals.taken();
+  const Eigen::VectorXd D = wide_first();
+  evidence.explain(D);
+  const Eigen::MatrixXd W = residuals.v.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd N = residuals.A.transpose() * W * residuals.A;
+  N.diagonal() += D.array().square().inverse().matrix();
+  EXPECT_LT((evidence.mean() - N.llt().solve(residuals.A.transpose() * W * residuals.r)).norm(), 1e-9);
+  Eigen::Matrix<double, 6, 6> covariance;
+  ASSERT_TRUE(evidence.covariance_of_first(covariance));
+  EXPECT_LT((covariance - N.inverse().topLeftCorner<6, 6>()).norm(), 1e-9);
+}
+
+TEST(LinearEvidence, AnUnknownThatMayNotVaryIsZero) {
+  LinearEvidence evidence = Residuals().taken();
+  Eigen::VectorXd D = wide_first();
+  D[4] = 0;
+  EXPECT_TRUE(std::isfinite(evidence.explain(D)));
+  EXPECT_EQ(evidence.mean()[4], 0);
+  EXPECT_NE(evidence.mean()[3], 0);
+}
+
+TEST(LinearEvidence, WhatComesAfterFreezingCountsAfterTheNext) {
+  LinearEvidence evidence = Residuals().taken();
+  const double before = evidence.explain(wide_first());
+  evidence.add(Eigen::VectorXd::Ones(kUnknowns), 100, 0.01);
+  EXPECT_EQ(evidence.explain(wide_first()), before);
+  evidence.freeze();
+  EXPECT_NE(evidence.explain(wide_first()), before);
+}
+
+TEST(LinearEvidence, WhatIsForgottenExplainsNothing) {
+  LinearEvidence evidence = Residuals().taken();
+  evidence.forget(0);
+  evidence.freeze();
+  EXPECT_EQ(evidence.explain(wide_first()), 0);
+  EXPECT_EQ(evidence.mean().norm(), 0);
+}
+
+TEST(LinearEvidence, HalfForgottenCountsAsTwiceTheVariance) {
+  Residuals residuals;
+  LinearEvidence evidence = residuals.taken();
+  evidence.forget(0.5);
+  evidence.freeze();
+  residuals.v *= 2;
+  LinearEvidence noisier = residuals.taken();
+  EXPECT_NEAR(evidence.explain(wide_first()), noisier.explain(wide_first()), 1e-9);
+}
+
+TEST(LinearEvidence, NumbersThatAreNoneExplainNothing) {
+  LinearEvidence evidence = Residuals().taken();
+  evidence.add(Eigen::VectorXd::Constant(kUnknowns, std::numeric_limits<double>::quiet_NaN()), 1, 1);
+  evidence.freeze();
+  EXPECT_EQ(evidence.explain(wide_first()), -std::numeric_limits<double>::infinity());
+}
+
+}  // namespace
+}  // namespace tubed
