@@ -13,19 +13,22 @@ constexpr double kNewAfter_mm = 200;        // way of the tube after which the f
 constexpr int kJudgedAtOnce = 4;            // explanations an image
 constexpr double kNearest_mm = 5;           // of an image line to a coil, along the tube
 constexpr double kAcross_mm = 0.3;          // how well the shape is known across an image that shows it
-constexpr double kEnd_mm = 1.5;             // the same of the tube's end, along it
+constexpr double kEnd_px = 2.5;             // how well the end of the tube is seen, along it
 constexpr double kEndMemory_s = 2;          // of how far the image's end lies beyond the shape's
-constexpr double kEndContradicts_mm = 2.5;  // the shape is seen to end elsewhere, whatever explains it
-constexpr double kEndAgrees_mm = 1.5;
-constexpr double kMinEnd_px_per_mm = 0.5;  // below, the tip points at the source: its end says little
-constexpr double kHeld_mm = 0.5;           // what an image leaves open across itself
+constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewhere, whatever explains it
+constexpr double kEndAgrees_mm = 2.5;
+constexpr double kMinEndShare =
+    0.7;  // of its length that must show: a steep tip is longer or shorter by its depth
+constexpr double kHeld_mm = 0.5;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
 constexpr double kSharedShare = 0.7;  // of what stays of a coil's error, its neighbours' share
 constexpr double kShared_mm = 200;    // along the tube, over which they share it
 constexpr double kPriorOdds =
     1e-2;  // of each explanation that is not "as stated": a mistake in a hundred procedures
 constexpr double kFieldOdds = 1e-3;  // of coils that are off each in its own way, which explains anything
-constexpr double kCertain = 0.8;     // of "as stated", to take back that they disagree
+constexpr double kMagnificationOdds =
+    1e-3;                         // of a view: found when it is set up, and shown to be wrong for hours
+constexpr double kCertain = 0.8;  // of "as stated", to take back that they disagree
 
 // Standard deviations where an explanation holds.
 constexpr double kWrongShift_mm = 8;
@@ -58,6 +61,8 @@ double prior_odds(Discord discord) {
       return 1;
     case Discord::kField:
       return kFieldOdds;
+    case Discord::kMagnification:
+      return kMagnificationOdds;
     default:
       return kPriorOdds;
   }
@@ -237,7 +242,8 @@ void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confir
     return;
   }
   const double px_per_mm = end.normal.dot(projection->J_image_world * outward);
-  if (px_per_mm < kMinEnd_px_per_mm) {
+  const double px_per_mm_across = projection->J_image_world.norm() / std::numbers::sqrt2;
+  if (px_per_mm < kMinEndShare * px_per_mm_across) {
     return;
   }
   row_.setZero();
@@ -258,7 +264,7 @@ void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confir
   const CameraCalibration& camera = view.camera->calibration();
   row_[kViews + index] =
       -end.normal.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-  evidence_.add(row_, further_mm, square(noise_mm) / used + square(kEnd_mm));
+  evidence_.add(row_, further_mm, square(noise_mm) / used + square(kEnd_px / px_per_mm));
   end_row_ = row_;
 }
 
