@@ -34,6 +34,7 @@ const std::vector<Verb> kVerbs{
     {tubed::add_evaluate, "Reconstruct and judge",
      "tubectl evaluate dev1_paper --em em.csv --fused filter.csv"},
     {tubed::add_explain, "Reconstruct and judge", "tubectl explain dev1_paper --image 42 --out explained"},
+    {tubed::add_check, "Reconstruct and judge", "tubectl check field7"},
     {tubed::add_grab, "Run the daemon", "tubectl grab --video /dev/video0 --socket /run/tubed/image-A.sock"},
     {tubed::add_can_gateway, "Run the daemon", "tubectl can-gateway --serial /dev/tubed/aurora --can can0"},
     {tubed::add_doctor, "Run the daemon", "tubectl doctor"},

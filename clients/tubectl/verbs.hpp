@@ -29,6 +29,7 @@ CommandLine add_latency(CommandLine app, int& exit_code);
 CommandLine add_status(CommandLine app, int& exit_code);
 CommandLine add_top(CommandLine app, int& exit_code);
 CommandLine add_doctor(CommandLine app, int& exit_code);
+CommandLine add_check(CommandLine app, int& exit_code);
 CommandLine add_reconstruct(CommandLine app, int& exit_code);
 CommandLine add_evaluate(CommandLine app, int& exit_code);
 CommandLine add_explain(CommandLine app, int& exit_code);

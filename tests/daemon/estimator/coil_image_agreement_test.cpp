@@ -59,6 +59,7 @@ class Bench {
   double image_scale = 1;  ///< of the first image, about its middle
   double end_mm = 0;       ///< by which the tube ends further out in the image
   bool shows_end = true;
+  CoilState third = CoilState::kUsed;  ///< of the third coil
 
   const CoilImageAgreement& watch(double seconds, const Mistake& mistake) {
     for (int i = 0; i < static_cast<int>(seconds * 10); ++i) {
@@ -97,7 +98,7 @@ class Bench {
       const int i = coils.count++;
       CoilObservation& seen = coils.coils[static_cast<std::size_t>(i)];
       const Eigen::Vector3d p_mm = arc_point(coil.offset_from_tip_mm) + motion_mm(t_s);
-      seen.state = CoilState::kUsed;
+      seen.state = i == 2 ? third : CoilState::kUsed;
       seen.s_mm = coil.offset_from_tip_mm;
       seen.p_world_mm =
           mistake(p_mm, i, t_s) + Eigen::Vector3d(normal(random_), normal(random_), normal(random_));
@@ -197,6 +198,7 @@ TEST(CoilImageAgreement, ArcLengthsThatAreTooLargeAreNamed) {
   EXPECT_TRUE(agreement.disagree());
   EXPECT_EQ(agreement.verdict().explanation, Discord::kArcLengths);
   EXPECT_NEAR(agreement.verdict().end_mm, -6, 0.7);
+  EXPECT_NEAR(agreement.verdict().arc_length_mm, 6, 1.5);
   EXPECT_NE(bench.words().find("about 6 mm further back in the image"), std::string::npos) << bench.words();
 }
 
@@ -260,6 +262,38 @@ TEST(CoilImageAgreement, WhatIsMendedIsForgotten) {
   Bench bench;
   EXPECT_TRUE(bench.watch(5, registered_wrong({6, 4, 0}, 0)).disagree());
   EXPECT_FALSE(bench.watch(6 * CoilImageAgreement::kMemory_s, as_it_is).disagree());
+}
+
+TEST(CoilImageAgreement, ALongMistakeIsForgottenAsSoonAsAShortOne) {
+  Bench bench;
+  EXPECT_TRUE(bench.watch(10 * CoilImageAgreement::kMemory_s, registered_wrong({6, 4, 0}, 0)).disagree());
+  EXPECT_FALSE(bench.watch(6 * CoilImageAgreement::kMemory_s, as_it_is).disagree());
+}
+
+TEST(CoilImageAgreement, TheWordIsTakenBackOnlyWhenItIsCertain) {
+  Bench bench;
+  EXPECT_TRUE(bench.watch(5, registered_wrong({6, 4, 0}, 0)).disagree());
+  const CoilImageAgreement* agreement = nullptr;
+  double least_certain = 1;
+  for (int i = 0; i < 400 && (agreement == nullptr || agreement->disagree()); ++i) {
+    agreement = &bench.watch(0.1, as_it_is);
+    if (agreement->verdict().as_stated > 0.5) {
+      least_certain = std::min(least_certain, agreement->verdict().as_stated);
+    }
+  }
+  EXPECT_FALSE(agreement->disagree());
+  EXPECT_GE(agreement->verdict().as_stated, 0.8);
+  EXPECT_LT(least_certain, 0.8) << "it went from wrong to certain at once: nothing was tested";
+}
+
+TEST(CoilImageAgreement, ACoilThatTheEstimatorLeavesOutIsEvidenceStill) {
+  Bench bench;
+  bench.third = CoilState::kOutlier;
+  const CoilImageAgreement& agreement = bench.watch(5, [](const Eigen::Vector3d& p_mm, int coil, double) {
+    return coil == 2 ? Eigen::Vector3d(p_mm + Eigen::Vector3d(6, 6, 0)) : p_mm;
+  });
+  EXPECT_EQ(agreement.verdict().explanation, Discord::kCoil);
+  EXPECT_EQ(agreement.verdict().index, 2);
 }
 
 TEST(CoilImageAgreement, AfterAResetNothingIsKnown) {

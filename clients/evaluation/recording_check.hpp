@@ -1,0 +1,37 @@
+// Does a recording fit the room that is described for it? What an operator may have got wrong, with the
+// evidence.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "clients/evaluation/configured_sequence.hpp"
+
+namespace tubed {
+
+/// One thing that was looked at.
+struct RecordingFinding {
+  enum class Verdict { kFine, kWrong, kNotJudged };
+  std::string what;  ///< "polarity"
+  Verdict verdict = Verdict::kNotJudged;
+  std::string evidence;  ///< with numbers
+  std::string advice;    ///< what to do; empty where nothing has to be done
+};
+
+/// What is being done, for a person who waits.
+using OnCheckProgress = std::function<void(const std::string& what)>;
+
+/// Which way coils point: each has to point toward its neighbour that is nearer the tip. Of the measurements
+/// alone.
+RecordingFinding check_coil_directions(const Sequence& sequence);
+
+/// Whether coils lie further apart than their arc lengths allow. Of the measurements alone.
+RecordingFinding check_coil_distances(const Sequence& sequence);
+
+/// All checks in the order in which mistakes hide each other: coils, the tube in the images, their polarity
+/// and mirroring of the images, then whether coils and images agree over the whole recording, and whether the
+/// view moved. Throws SequenceError for an image that cannot be read.
+std::vector<RecordingFinding> check_recording(const ConfiguredSequence& run, const OnCheckProgress& progress);
+
+}  // namespace tubed

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""tubectl check: what a recording and the room that is described for it have to say of each other."""
+import json
+import re
+
+import bed as beds
+import sequences
+from bed import check, say
+
+SECONDS = 8
+
+
+def findings_of(bed, folder):
+    done = bed.tubectl("check", str(folder), "--json", "-")
+    check(done.returncode in (0, 1), f"tubectl check exits {done.returncode}: {done.stderr}")
+    findings = {finding["what"]: finding for finding in json.loads(done.stdout)}
+    wrong = sorted(what for what, finding in findings.items() if finding["verdict"] == "WRONG")
+    check((done.returncode == 1) == bool(wrong), f"exit {done.returncode} with {wrong}")
+    return findings, wrong
+
+
+def with_mistake(bed, name, pattern, replacement):
+    """The same recording with another description."""
+    folder = bed.folder / name
+    folder.mkdir()
+    original = bed.folder / "right"
+    for path in original.iterdir():
+        (folder / path.name).symlink_to(path)
+    (folder / "sequence.toml").unlink()
+    text, count = re.subn(pattern, replacement, (original / "sequence.toml").read_text())
+    check(count > 0, f"nothing was replaced for {name}")
+    (folder / "sequence.toml").write_text(text)
+    return folder
+
+
+def with_a_coil_turned_round(bed, sensor):
+    folder = with_mistake(bed, "turned", r"note = .*", 'note = "a coil is mounted backward"')
+    (folder / "em.csv").unlink()
+    rows = [row.split(",") for row in (bed.folder / "right" / "em.csv").read_text().splitlines()]
+    for row in rows[1:]:
+        if row[2] == str(sensor):
+            row[7:10] = [str(-float(number)) for number in row[7:10]]
+    (folder / "em.csv").write_text("".join(",".join(row) + "\n" for row in rows))
+    return folder
+
+
+def operators_mistakes_are_named(bed):
+    sequences.write_sequence(bed.folder / "right", SECONDS)
+    findings, wrong = findings_of(bed, bed.folder / "right")
+    check(not wrong, f"a recording without a mistake: {findings}")
+    check(findings["polarity"]["verdict"] == "fine", f"{findings['polarity']}")
+    for name, pattern, replacement, what, words in (
+            ("registration", r"T_world_em = .*", "T_world_em = [[1,0,0,12],[0,1,0,-9],[0,0,1,0],[0,0,0,1]]", "tube in images", "registration"),
+            ("magnification", r"(f[xy]) = 2000.0", r"\1 = 2300.0", "coils and images", "focal length of camera A")):
+        findings, wrong = findings_of(bed, with_mistake(bed, name, pattern, replacement))
+        say(f"{name}: {wrong}, {findings[what]['evidence']}: {findings[what]['advice']}")
+        check(what in wrong and words in findings[what]["advice"], f"{name} is not named: {findings}")
+    findings, wrong = findings_of(bed, with_a_coil_turned_round(bed, 3))
+    say(f"coil 3 turned round: {findings['coil directions']}")
+    check("coil directions" in wrong and "coil 3 (sensor 3)" in findings["coil directions"]["evidence"], f"it is not named: {findings}")
+
+
+if __name__ == "__main__":
+    beds.main(operators_mistakes_are_named)
