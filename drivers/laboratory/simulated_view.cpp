@@ -135,6 +135,7 @@ void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t
   }
   if (drawn_ != nullptr) {
     drawn_->render(world, t_s, exposure, pixels);
+    spoil(world.mistakes(), pixels);
     return;
   }
   const double scenario_s = world.scenario_time_s(t_s);
@@ -144,6 +145,17 @@ void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t
   scene_.clutter.contrast_age_s = contrast_from_s >= 0 ? scenario_s - contrast_from_s : -1;
   place_catheters(world, t_s);
   radiograph_->render(scene_, pixels);
+  spoil(world.mistakes(), pixels);
+}
+
+void SimulatedView::spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const {
+  if (mistakes.inverts) {
+    for (std::uint8_t& pixel : pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
+  }
+  if (mistakes.mirrors) {
+    const auto width = static_cast<std::ptrdiff_t>(at_rest_.width);
+    for (auto row = pixels.begin(); row != pixels.end(); row += width) std::reverse(row, row + width);
+  }
 }
 
 }  // namespace tubed

@@ -33,6 +33,7 @@ class SimulatedView {
 
  private:
   void look_from(const ViewGeometry& view);
+  void spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const;
   void place_catheters(const SimulatedWorld& world, double t_s);
 
   std::unique_ptr<FluoroscopeRenderer> drawn_;  ///< for "arch"
