@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "clients/evaluation/offline_reconstruction.hpp"
 #include "drivers/laboratory/simulated_tracker.hpp"
 #include "drivers/laboratory/simulated_view.hpp"
 #include "drivers/replay/sequence_writer.hpp"
@@ -214,6 +215,40 @@ std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run,
     }
   }
   return measurements;
+}
+
+bool changes_pictures(const SimulatedRun& run) {
+  const RoomMistakes mistakes = parse_mistakes(run.mistakes);
+  return mistakes.inverts || mistakes.mirrors || run.swing_deg != 0 || run.pan_mm != 0 || run.turn_deg != 0 ||
+         run.zoom != 1;
+}
+
+Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& scenario) {
+  const RoomMistakes mistakes = parse_mistakes(run.mistakes);
+  clean.room = described_room_of(run, scenario);
+  clean.measurements = simulated_measurements(run, scenario);
+  for (SequenceFrame& frame : clean.frames) {
+    frame.t_s += mistakes.image_stamp_error_s();
+    if (frame.geometry) {
+      frame.geometry->fx *= mistakes.focal;
+      frame.geometry->fy *= mistakes.focal;
+    }
+  }
+  return clean;
+}
+
+TrueRun true_run_of(const SimulatedRun& run, const Scenario& scenario, const Sequence& sequence) {
+  const SimulatedWorld world(described_room_of(run, scenario), settings_for(run));
+  TrueRun truth = true_run_of(sequence);
+  truth.cameras.clear();
+  for (const CameraCalibration& camera : world.room().cameras) truth.cameras.emplace_back(camera);
+  const std::vector<SequenceInstant> instants = instants_of(sequence);
+  for (std::size_t i = 0; i < truth.instants.size(); ++i) {
+    const double exposed_s = instants[i].t_s - world.mistakes().image_stamp_error_s();
+    TrueInstant& instant = truth.instants[i];
+    instant.view = world.view(world.room().cameras[instant.view_camera], exposed_s);
+  }
+  return truth;
 }
 
 void require_empty(const std::filesystem::path& folder) {

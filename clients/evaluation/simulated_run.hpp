@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/evaluation/true_run.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "drivers/replay/sequence_folder.hpp"
 
@@ -41,6 +42,17 @@ RoomDescription described_room_of(const SimulatedRun& run, const Scenario& scena
 
 /// All measurements of its coils in order of time. Runs the mechanics first unless they were run.
 std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run, const Scenario& scenario);
+
+/// Are its pictures others than those of the same run without mistakes and moves?
+bool changes_pictures(const SimulatedRun& run);
+
+/// The folder of `run`, made from that of the same run without mistakes: `clean` with the description, stamps
+/// and measurements that the mistakes give it, and the same pictures. Precondition: !changes_pictures(run).
+Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& scenario);
+
+/// The truth of `sequence`, written by or made for `run`, with the cameras as they are and as they stood,
+/// whatever sequence and images say of them.
+TrueRun true_run_of(const SimulatedRun& run, const Scenario& scenario, const Sequence& sequence);
 
 /// How many of all pieces of work are done. Called by the thread that works.
 using RunProgress = std::function<void(std::size_t done, std::size_t total)>;
