@@ -78,7 +78,7 @@ AttenuationVolume body_of(const SimulatedWorld& world) {
 }
 
 SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWorld& world, std::int64_t seed,
-                             double cnr, std::shared_ptr<const AttenuationVolume> body)
+                             double cnr, std::shared_ptr<const AttenuationVolume> body, PanOnRequest pan)
     : at_rest_(camera), view_(geometry_of(camera)), seed_(seed) {
   const Scenario* scenario = world.scenario();
   if (scenario == nullptr) {
@@ -90,7 +90,7 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
   }
   settings_ = std::make_unique<const RadiographSettings>(settings_of(*scenario));
   radiograph_ = std::make_unique<Radiograph>(camera, *body, *settings_, seed);
-  if (world.view_motion().moves_at_all()) {
+  if (world.view_motion().moves_at_all() || pan == PanOnRequest::kYes) {
     body_ = std::move(body);
   }
   scene_.clutter = scenario->clutter;
@@ -130,9 +130,7 @@ void SimulatedView::place_catheters(const SimulatedWorld& world, double t_s) {
 
 void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t exposure,
                            std::span<std::uint8_t> pixels) {
-  if (world.view_motion().moves_at_all()) {
-    look_from(world.view(at_rest_, t_s));
-  }
+  look_from(panned_view(world.view(at_rest_, t_s), pan_mm_));
   if (drawn_ != nullptr) {
     drawn_->render(world, t_s, exposure, pixels);
     spoil(world.mistakes(), pixels);

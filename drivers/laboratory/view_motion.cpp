@@ -96,6 +96,11 @@ std::optional<ViewGeometry> announced_view(const CameraCalibration& at_rest, con
   return view;
 }
 
+ViewGeometry panned_view(ViewGeometry view, double pan_mm) {
+  view.t_camera_world_mm[0] += pan_mm;
+  return view;
+}
+
 std::vector<ViewMove> swing(double turn_deg, double speed_deg_s, double period_s) {
   const double duration_s = std::min(std::abs(turn_deg) / speed_deg_s, period_s / 2);
   ViewMove there;

@@ -42,6 +42,9 @@ ViewGeometry moved_view(const CameraCalibration& at_rest, const ViewMotion& moti
 std::optional<ViewGeometry> announced_view(const CameraCalibration& at_rest, const ViewMotion& motion,
                                            double t_s, std::int64_t exposure, std::int64_t seed);
 
+/// The view with the table so far aside along the camera's x. Never allocates.
+ViewGeometry panned_view(ViewGeometry view, double pan_mm);
+
 /// A C-arm that swings by `turn_deg` at `speed_deg_s`, stays, swings back and stays, once in `period_s`.
 std::vector<ViewMove> swing(double turn_deg, double speed_deg_s, double period_s);
 

@@ -38,7 +38,8 @@ OpenResult SimulatedImageSource::open() {
     }
   }
   if (view_ == nullptr) {
-    view_ = std::make_unique<SimulatedView>(camera_, world_, seed_, cnr_);
+    view_ = std::make_unique<SimulatedView>(camera_, world_, seed_, cnr_, nullptr,
+                                            control_folder_.empty() ? PanOnRequest::kNo : PanOnRequest::kYes);
   }
   next_ = clock_.first_after(monotonic_now());
   is_open_ = true;
@@ -98,6 +99,7 @@ void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   if (faults_.black) {
     std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
   } else if (frame.fluoroscopy_on) {
+    view_->pan_table(faults_.pan_mm);
     view_->render(world_, world_.seconds(clock_.taken(shown_)), shown_, pixels);
   }
   frame.received = monotonic_now();

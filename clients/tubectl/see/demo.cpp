@@ -100,8 +100,12 @@ class Demo {
         black_ = true;
         daemon_.command("image-A", "black");
         break;
+      case 'p':
+        panned_ = !panned_;
+        daemon_.command("image-A", panned_ ? "pan 5" : "pan 0");
+        break;
       case 'r':
-        off_ = coil_lost_ = black_ = false;
+        off_ = coil_lost_ = black_ = panned_ = false;
         daemon_.command("image-A", "clear");
         daemon_.command("em", "clear");
         break;
@@ -109,7 +113,7 @@ class Demo {
         break;
     }
     shapes_.faults = std::string(off_ ? "fluoroscopy off  " : "") + (coil_lost_ ? "coil 2 lost  " : "") +
-                     (black_ ? "black image" : "");
+                     (black_ ? "black image  " : "") + (panned_ ? "table panned" : "");
   }
 
   DemoDaemon& daemon() { return daemon_; }
@@ -126,6 +130,7 @@ class Demo {
   bool off_ = false;
   bool coil_lost_ = false;
   bool black_ = false;
+  bool panned_ = false;
 };
 
 int say_ended(const EndedProgram& ended) {

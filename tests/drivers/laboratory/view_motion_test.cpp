@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drivers/laboratory/fluoroscope_renderer.hpp"
+#include "drivers/laboratory/simulated_view.hpp"
 #include "tests/drivers/laboratory/simulated_room.hpp"
 
 namespace tubed {
@@ -86,6 +87,31 @@ TEST(ViewMotion, TheSettingsMoveAViewHalfWayThroughOrWhenTheySay) {
   const SimulatedWorld early(paper_room(), default_settings().with("zoom", 1.5).with("move_at_s", 4.0));
   EXPECT_EQ(early.view(camera, 5).fx, 3000);
   EXPECT_TRUE(early.announced(camera, 5, 1, 1));
+}
+
+TEST(ViewMotion, ATableThatIsPannedOnRequestIsSeenFromThereAndGoesBack) {
+  const SimulatedWorld world(paper_room(), default_settings());
+  SimulatedView view(paper_camera(), world, 1, 1e6, nullptr, PanOnRequest::kYes);
+  const auto taken = [&](double pan_mm) {
+    std::vector<std::uint8_t> pixels(400 * 600);
+    view.pan_table(pan_mm);
+    view.render(world, 3, 1, pixels);
+    return pixels;
+  };
+  const std::vector<std::uint8_t> still = taken(0);
+  const std::vector<std::uint8_t> panned = taken(6);
+  EXPECT_EQ(taken(0), still);
+  // 6 mm at 1200 mm and 2000 px: 10 px to the right, where depth is that of the origin.
+  double same = 0;
+  double shifted = 0;
+  for (std::size_t y = 200; y < 400; ++y) {
+    for (std::size_t x = 100; x < 300; ++x) {
+      same += std::abs(panned[400 * y + x] - still[400 * y + x]);
+      shifted += std::abs(panned[400 * y + x] - still[400 * y + x - 10]);
+    }
+  }
+  EXPECT_LT(shifted, 0.5 * same);
+  EXPECT_FALSE(world.announced(paper_camera(), 3, 1, 1));
 }
 
 TEST(ViewMotion, WhatIsAnnouncedIsOffByAMistakenFocalLength) {

@@ -30,22 +30,26 @@ TEST(Faults, CommandsAreUnderstood) {
   EXPECT_TRUE(apply_fault("lose-coil 2\n", now, faults));
   EXPECT_TRUE(apply_fault("outlier 3 25", now, faults));
   EXPECT_TRUE(apply_fault("off", now, faults));
+  EXPECT_TRUE(apply_fault("pan -5", now, faults));
 
   EXPECT_EQ(faults.stalled_until, now + std::chrono::seconds(3));
   EXPECT_TRUE(faults.lost[1]);
   EXPECT_EQ(faults.outlier_mm[2], 25);
   EXPECT_TRUE(faults.fluoroscopy_off);
+  EXPECT_EQ(faults.pan_mm, -5);
   EXPECT_TRUE(apply_fault("restore-coil 2", now, faults));
   EXPECT_FALSE(faults.lost[1]);
   EXPECT_TRUE(apply_fault("clear", now, faults));
   EXPECT_FALSE(faults.fluoroscopy_off);
+  EXPECT_EQ(faults.pan_mm, 0);
   EXPECT_EQ(faults.stalled_until, MonotonicTime{});
 }
 
 TEST(Faults, NonsenseChangesNothing) {
   Faults faults;
-  for (const char* command : {"", "explode", "stall", "stall -1", "stall x", "stall nan", "lose-coil 0",
-                              "lose-coil 17", "lose-coil 1.5", "outlier 3", "outlier 3 inf"}) {
+  for (const char* command :
+       {"", "explode", "stall", "stall -1", "stall x", "stall nan", "lose-coil 0", "lose-coil 17",
+        "lose-coil 1.5", "outlier 3", "outlier 3 inf", "pan", "pan 201"}) {
     EXPECT_FALSE(apply_fault(command, from_ns(1), faults)) << command;
   }
   EXPECT_EQ(faults.stalled_until, MonotonicTime{});
