@@ -78,6 +78,7 @@ TEST(RoomMistakes, AWrongValueSaysWhatIsExpected) {
       refusal_of({"registration=6"}),
       "mistake \"registration=6\": expected registration=MM,DEG with MM from 0 to 200, DEG from 0 to 180");
   EXPECT_NE(refusal_of({"focal=0.1"}).find("FACTOR from 0.2 to 5"), std::string::npos);
+  EXPECT_NE(refusal_of({"focal=5.1"}).find("FACTOR from 0.2 to 5"), std::string::npos);
   EXPECT_NE(refusal_of({"focal=nan"}).find("FACTOR from 0.2 to 5"), std::string::npos);
   EXPECT_NE(refusal_of({"clock=150ms"}).find("MS from -5000 to 5000"), std::string::npos);
   EXPECT_NE(refusal_of({"clock="}).find("MS from"), std::string::npos);
