@@ -1,19 +1,22 @@
-// Writes estimates as rows of "Estimates" of the sequence format: every 1 mm from the tip.
+// Estimates every 1 mm from the tip: as what is judged, and as rows of a file that estimates_csv.hpp reads.
 #pragma once
 
 #include <cstdint>
 #include <ostream>
 
+#include "clients/evaluation/estimates_csv.hpp"
 #include "idl/estimate.hpp"
 
 namespace tubed {
 
+/// The centreline from the spline, covariances interpolated between the points; empty without a shape.
+EstimatedShape shape_of(const TubeEstimate& estimate);
+
 /// The header line.
 void write_estimate_header(std::ostream& out);
 
-/// All rows of one estimate under `frame`: centreline from the spline, sigma interpolated between the points.
-/// An estimate without a shape becomes one row with the frame and the validity alone, so that nothing is
-/// lost.
+/// All rows of one estimate, shape_of() it, under `frame`. An estimate without a shape becomes one row with
+/// the frame and the validity alone, so that nothing is lost.
 void write_estimate_rows(std::ostream& out, std::uint32_t frame, const TubeEstimate& estimate);
 
 }  // namespace tubed

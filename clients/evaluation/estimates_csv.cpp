@@ -11,10 +11,11 @@ namespace tubed {
 
 namespace {
 
-enum Column : std::size_t { kFrame, kS, kX, kY, kZ, kSigmaX, kSigmaY, kSigmaZ, kValidity };
+enum Column : std::size_t { kFrame, kS, kX, kY, kZ, kSigmaX, kSigmaY, kSigmaZ, kValidity, kCovariance };
+constexpr std::size_t kCovariances = 6;
 
-/// s_mm x y z sigma_x sigma_y sigma_z
-using Row = std::array<double, 7>;
+/// s_mm x y z sigma_x sigma_y sigma_z, then xx xy xz yy yz zz of the covariance.
+using Row = std::array<double, 7 + kCovariances>;
 
 Validity validity_of(const CsvReader& csv) {
   for (const Validity validity :
@@ -32,26 +33,40 @@ bool has_no_shape(const CsvReader& csv) {
   return true;
 }
 
+bool has_covariances(const CsvReader& csv) {
+  for (std::size_t i = 0; i < kCovariances; ++i) {
+    if (!csv.has(kCovariance + i)) return false;
+  }
+  return true;
+}
+
 Row row_of(const CsvReader& csv) {
   Row row{};
-  for (std::size_t i = 0; i < row.size(); ++i) row[i] = csv.number(kS + i);
+  for (std::size_t i = 0; i < 7; ++i) row[i] = csv.number(kS + i);
   for (std::size_t column = kSigmaX; column < kValidity; ++column) {
     if (row[column - kS] < 0) csv.refuse(column, "a standard deviation cannot be negative");
+  }
+  for (std::size_t i = 0; i < kCovariances && has_covariances(csv); ++i) {
+    row[7 + i] = csv.number(kCovariance + i);
   }
   return row;
 }
 
-EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows) {
+EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, bool covariances_known) {
   EstimatedShape shape;
   shape.validity = validity;
   const auto count = static_cast<Eigen::Index>(rows.size());
   shape.centreline.p_world_mm.resize(3, count);
   shape.sigma_world_mm.resize(3, count);
+  shape.covariance_world_mm2.resize(6, covariances_known ? count : 0);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = rows[static_cast<std::size_t>(i)];
     shape.centreline.s_mm.push_back(row[0]);
     shape.centreline.p_world_mm.col(i) << row[1], row[2], row[3];
     shape.sigma_world_mm.col(i) << row[4], row[5], row[6];
+    if (covariances_known) {
+      shape.covariance_world_mm2.col(i) << row[7], row[8], row[9], row[10], row[11], row[12];
+    }
   }
   return shape;
 }
@@ -59,7 +74,8 @@ EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows) {
 }  // namespace
 
 Estimates read_estimates(const std::filesystem::path& file) {
-  CsvReader csv(file, {"frame", "s_mm", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "validity"});
+  CsvReader csv(file, {"frame", "s_mm", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "validity"},
+                {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"});
   Estimates estimates;
   std::vector<Row> rows;  // of the frame that is being read
   bool more = csv.next_row();
@@ -80,7 +96,7 @@ Estimates read_estimates(const std::filesystem::path& file) {
       }
       more = csv.next_row();
     } while (more && csv.count(kFrame) == frame);
-    estimates.emplace(frame, shape_of(validity, rows));
+    estimates.emplace(frame, shape_of(validity, rows, has_covariances(csv)));
   }
   return estimates;
 }

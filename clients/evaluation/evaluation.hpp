@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "clients/evaluation/estimates_csv.hpp"
+#include "clients/evaluation/misleading.hpp"
 #include "clients/evaluation/shape_error.hpp"
 #include "clients/evaluation/statistics.hpp"
 #include "idl/geometry/camera.hpp"
@@ -64,6 +65,8 @@ struct MethodEvaluation {
   std::vector<std::uint32_t> unjudged_frames;   ///< estimated and true, but no point in view
   std::map<Validity, std::size_t> validity_counts;
   SigmaCoverage coverage;
+  /// Of each validity, the instants with misleading points; empty where the file has no covariances.
+  std::map<Validity, MisleadingCount> misleading;
 
   [[nodiscard]] std::size_t judged_count() const;
   /// Values of one metric over the judged instants, mm.

@@ -110,6 +110,25 @@ void print_frames(std::string_view why, const std::vector<std::uint32_t>& frames
   out << (frames.size() > kNamedFrames ? " ...\n" : "\n");
 }
 
+double percent_of(const MisleadingCount& count) {
+  return count.instants == 0
+             ? 0
+             : 100 * static_cast<double>(count.misleading) / static_cast<double>(count.instants);
+}
+
+void print_misleading(const std::map<Validity, MisleadingCount>& counts, std::ostream& out) {
+  if (counts.empty()) return;
+  const auto valid = counts.find(Validity::kValid);
+  const MisleadingCount of_valid = valid == counts.end() ? MisleadingCount{} : valid->second;
+  const MisleadingCount all = total_of(counts);
+  const MisleadingLimits limits;
+  out << formatted("  misleading (a point off by more than %g mm and %g sigma of that direction): ",
+                   limits.distance_mm, limits.sigmas)
+      << formatted("%zu of %zu VALID instants (%.1f %%), ", of_valid.misleading, of_valid.instants,
+                   percent_of(of_valid))
+      << formatted("%zu of all %zu (%.1f %%)\n", all.misleading, all.instants, percent_of(all));
+}
+
 void print_method(std::string_view name, const MethodEvaluation& method, std::size_t due_count,
                   std::ostream& out) {
   out << name << ": " << method.judged_count() << " of " << due_count << " instants judged; validity";
@@ -120,6 +139,7 @@ void print_method(std::string_view name, const MethodEvaluation& method, std::si
   print_frames("estimated without a shape", method.shapeless_frames, out);
   print_frames("without truth", method.truthless_frames, out);
   print_frames("without a point in view", method.unjudged_frames, out);
+  print_misleading(method.misleading, out);
   if (method.coverage.coordinate_count == 0) return;
   out << "  coordinates within 1 / 2 / 3 sigma (same arc length): ";
   for (std::size_t k = 1; k <= 3; ++k)
@@ -143,7 +163,12 @@ nlohmann::json json_of(const MethodEvaluation& method) {
                       {"truthless_frames", method.truthless_frames},
                       {"unjudged_frames", method.unjudged_frames},
                       {"validity", nlohmann::json::object()},
-                      {"within_sigma", nullptr}};
+                      {"within_sigma", nullptr},
+                      {"misleading", nullptr}};
+  for (const auto& [validity, count] : method.misleading) {
+    json["misleading"][std::string(name_of(validity))] = {{"instants", count.instants},
+                                                          {"misleading", count.misleading}};
+  }
   for (const auto& [validity, count] : method.validity_counts)
     json["validity"][std::string(name_of(validity))] = count;
   if (method.coverage.coordinate_count > 0) {

@@ -48,22 +48,29 @@ Eigen::Vector3d partner_of(const SampledCentreline& estimate, const SampledCentr
 
 std::string_view name_of(PointMatch match) { return match == PointMatch::kNearest ? "nearest" : "arc"; }
 
-Eigen::Vector3d closest_point_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm) {
-  Eigen::Vector3d closest_mm = points_mm.col(0);
-  double least_mm2 = (closest_mm - p_mm).squaredNorm();
+PolylinePlace closest_place_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm) {
+  PolylinePlace closest;
+  double least_mm2 = (points_mm.col(0) - p_mm).squaredNorm();
   for (Eigen::Index i = 0; i + 1 < points_mm.cols(); ++i) {
     const Eigen::Vector3d a_mm = points_mm.col(i);
     const Eigen::Vector3d step_mm = points_mm.col(i + 1) - a_mm;
     const double length_mm2 = step_mm.squaredNorm();
     const double along = length_mm2 > 0 ? std::clamp(step_mm.dot(p_mm - a_mm) / length_mm2, 0.0, 1.0) : 0.0;
-    const Eigen::Vector3d candidate_mm = a_mm + along * step_mm;
-    const double distance_mm2 = (candidate_mm - p_mm).squaredNorm();
+    const double distance_mm2 = (a_mm + along * step_mm - p_mm).squaredNorm();
     if (distance_mm2 < least_mm2) {
       least_mm2 = distance_mm2;
-      closest_mm = candidate_mm;
+      closest = {i, along};
     }
   }
-  return closest_mm;
+  return closest;
+}
+
+Eigen::Vector3d closest_point_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm) {
+  const PolylinePlace place = closest_place_on(points_mm, p_mm);
+  const Eigen::Vector3d a_mm = points_mm.col(place.left);
+  if (place.share == 0) return a_mm;
+  const Eigen::Vector3d step_mm = points_mm.col(place.left + 1) - a_mm;
+  return a_mm + place.share * step_mm;
 }
 
 Eigen::Vector3d point_at(const SampledCentreline& curve, double s_mm) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string_view>
@@ -70,6 +71,23 @@ SampledCentreline up_to(const SampledCentreline& curve, double s_max_mm);
 /// The point of the polyline at arc length s_mm, linear between its points, the end points beyond them.
 /// Precondition: at least one point.
 Eigen::Vector3d point_at(const SampledCentreline& curve, double s_mm);
+
+/// A place on a polyline: between its points `left` and `left` + 1, with `share` of the latter.
+struct PolylinePlace {
+  Eigen::Index left = 0;
+  double share = 0;
+};
+
+/// Of `columns` (m x n), one column a point of the polyline, what is at a place. Precondition: `place.left`
+/// is a column, and `share` is 0 at the last one.
+inline Eigen::VectorXd at_place(const Eigen::Ref<const Eigen::MatrixXd>& columns,
+                                const PolylinePlace& place) {
+  const Eigen::Index right = std::min(place.left + 1, columns.cols() - 1);
+  return (1 - place.share) * columns.col(place.left) + place.share * columns.col(right);
+}
+
+/// Where the polyline through `points_mm` (3 x n, n >= 1) is closest to `p_mm`.
+PolylinePlace closest_place_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm);
 
 /// The point of the polyline through `points_mm` (3 x n, n >= 1) closest to `p_mm`.
 Eigen::Vector3d closest_point_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm);

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "clients/evaluation/offline_reconstruction.hpp"
 #include "drivers/laboratory/simulated_tracker.hpp"
 #include "drivers/laboratory/simulated_view.hpp"
 #include "drivers/replay/sequence_writer.hpp"
@@ -16,6 +18,12 @@
 namespace tubed {
 
 namespace {
+
+std::string text_of(const std::vector<std::string>& mistakes) {
+  std::string text;
+  for (const std::string& word : mistakes) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
 
 DriverSettings settings_for(const SimulatedRun& run) {
   std::map<std::string, SettingValue> values;
@@ -29,7 +37,61 @@ DriverSettings settings_for(const SimulatedRun& run) {
       .with("swing_deg", run.swing_deg)
       .with("announces_pose", run.announces_pose)
       .with("pose_noise_deg", run.pose_noise_deg)
-      .with("pose_noise_mm", run.pose_noise_mm);
+      .with("pose_noise_mm", run.pose_noise_mm)
+      .with("pan_mm", run.pan_mm)
+      .with("turn_deg", run.turn_deg)
+      .with("zoom", run.zoom)
+      .with("move_at_s", run.move_at_s)
+      .with("mistakes", text_of(run.mistakes));
+}
+
+/// Number and time of something that is done at a constant rate.
+struct Tick {
+  std::int64_t k = 0;
+  double t_s = 0;
+};
+
+/// All exposures of the first view.
+std::vector<Tick> exposures_of(const SimulatedRun& run, const Scenario& scenario) {
+  const auto count =
+      static_cast<std::int64_t>(std::floor(scenario.duration_s() * scenario.frame_rate_hz + 1e-9));
+  std::vector<Tick> exposures;
+  for (std::int64_t k = run.every; k <= count; k += run.every) {
+    exposures.push_back({k, static_cast<double>(k) / scenario.frame_rate_hz});
+  }
+  return exposures;
+}
+
+double em_period_s(const Scenario& scenario) {
+  return 1 / (scenario.em_with_every_image ? scenario.frame_rate_hz : scenario.em_rate_hz);
+}
+
+std::vector<Tick> measurements_of(const SimulatedRun& run, const Scenario& scenario) {
+  if (scenario.em_with_every_image) {
+    return exposures_of(run, scenario);
+  }
+  std::vector<Tick> measurements;
+  Tick tick{0, scenario.em_phase_s};
+  while (tick.t_s <= scenario.duration_s()) {
+    measurements.push_back(tick);
+    ++tick.k;
+    tick.t_s = scenario.em_phase_s + static_cast<double>(tick.k) * em_period_s(scenario);
+  }
+  return measurements;
+}
+
+/// What a person would type for the same run.
+std::string command_of(const SimulatedRun& run) {
+  std::ostringstream text;
+  text << "tubectl simulate --preset " << run.preset << " --seed " << run.seed;
+  if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
+  if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
+  if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
+  if (run.zoom != 1) text << " --zoom " << run.zoom;
+  if (run.move_at_s >= 0) text << " --move-at " << run.move_at_s;
+  if (!run.announces_pose) text << " --unannounced";
+  for (const std::string& word : run.mistakes) text << " --mistake " << word;
+  return text.str();
 }
 
 /// Writes one run, row by row.
@@ -39,11 +101,11 @@ class RunWriter {
       : run_(run),
         scenario_(scenario),
         settings_(settings_for(run)),
-        world_(scenario.room, settings_),
-        tracker_(world_, settings_, em_period_s()),
-        writer_(folder, note(), scenario.room) {
+        world_(described_room_of(run, scenario), settings_),
+        writer_(folder, "SIMULATED. " + command_of(run) + ": " + scenario.meaning,
+                described_room_of(run, scenario)) {
     const auto body = std::make_shared<const AttenuationVolume>(body_of(world_));
-    for (const CameraCalibration& camera : scenario.room.cameras) {
+    for (const CameraCalibration& camera : world_.room().cameras) {
       views_.push_back(
           std::make_unique<SimulatedView>(camera, world_, run.seed, settings_.get<double>("cnr"), body));
     }
@@ -51,69 +113,44 @@ class RunWriter {
 
   /// All exposures, then all measurements, each in order of time. Returns the number of pictures.
   std::size_t write(const RunProgress& progress) {
-    const auto exposures =
-        static_cast<std::int64_t>(std::floor(duration_s() * scenario_.frame_rate_hz + 1e-9));
-    const auto total = static_cast<std::size_t>(exposures / run_.every);
-    std::size_t instants = 0;
-    for (std::int64_t k = run_.every; k <= exposures; k += run_.every) {
-      write_instant(k);
-      ++instants;
-      if (progress) progress(instants, total);
+    const std::vector<Tick> exposures = exposures_of(run_, scenario_);
+    for (std::size_t i = 0; i < exposures.size(); ++i) {
+      write_instant(exposures[i]);
+      if (progress) progress(i + 1, exposures.size());
     }
-    if (!scenario_.em_with_every_image) {
-      for (std::int64_t k = 0; em_time_s(k) <= duration_s(); ++k) {
-        write_measurement(k, em_time_s(k));
-      }
+    for (const SequenceMeasurement& measurement : simulated_measurements(run_, scenario_)) {
+      writer_.add_measurement(measurement);
     }
     writer_.finish();
     return pictures_;
   }
 
  private:
-  [[nodiscard]] std::string note() const {
-    return "SIMULATED. tubectl simulate --preset " + run_.preset + " --seed " + std::to_string(run_.seed) +
-           (run_.second_view_every == 0 ? ""
-                                        : " --second-view-every " + std::to_string(run_.second_view_every)) +
-           ": " + scenario_.meaning;
-  }
-  [[nodiscard]] double duration_s() const {
-    return static_cast<double>(scenario_.commands.size()) / scenario_.steps_per_s;
-  }
-  [[nodiscard]] double em_period_s() const {
-    return scenario_.em_with_every_image ? 1 / scenario_.frame_rate_hz : 1 / scenario_.em_rate_hz;
-  }
-  [[nodiscard]] double em_time_s(std::int64_t k) const {
-    return scenario_.em_phase_s + static_cast<double>(k) * em_period_s();
-  }
-
-  void write_instant(std::int64_t k) {
-    const double t_s = static_cast<double>(k) / scenario_.frame_rate_hz;
-    const SequenceTruth truth{0, true_centreline(t_s)};
+  void write_instant(const Tick& exposure) {
+    const SequenceTruth truth{0, true_centreline(exposure.t_s)};
     for (std::size_t camera = 0; camera < views_.size(); ++camera) {
-      const bool due = camera == 0 || k / run_.every % scenario_.second_view_every == 0;
+      const bool due = camera == 0 || exposure.k / run_.every % scenario_.second_view_every == 0;
       if (due) {
-        write_view(static_cast<int>(camera), k, t_s, truth);
+        write_view(static_cast<int>(camera), exposure, truth);
       }
     }
-    if (scenario_.em_with_every_image) {
-      write_measurement(k, t_s);
-    }
   }
 
-  void write_view(int camera, std::int64_t k, double t_s, SequenceTruth truth) {
+  void write_view(int camera, const Tick& exposure, SequenceTruth truth) {
+    const double stamp_s = exposure.t_s + world_.mistakes().image_stamp_error_s();
     truth.frame = ++frame_;
-    if (scenario_.fluoroscopy_on(t_s)) {
-      const CameraCalibration& calibration = scenario_.room.cameras[static_cast<std::size_t>(camera)];
+    if (scenario_.fluoroscopy_on(exposure.t_s)) {
+      const CameraCalibration& calibration = world_.room().cameras[static_cast<std::size_t>(camera)];
       GreyImage image{calibration.width, calibration.height, PixelDepth::kGrey8, {}};
       image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-      views_[static_cast<std::size_t>(camera)]->render(world_, t_s, k, image.pixels);
-      writer_.add_exposure(frame_, t_s, camera, image);
-      if (const auto geometry = world_.announced(calibration, t_s, k, run_.seed)) {
+      views_[static_cast<std::size_t>(camera)]->render(world_, exposure.t_s, exposure.k, image.pixels);
+      writer_.add_exposure(frame_, stamp_s, camera, image);
+      if (const auto geometry = world_.announced(calibration, exposure.t_s, exposure.k, run_.seed)) {
         writer_.add_geometry(frame_, *geometry);
       }
       ++pictures_;
     } else if (camera == 0) {
-      writer_.add_instant_without_fluoroscopy(frame_, t_s, camera);
+      writer_.add_instant_without_fluoroscopy(frame_, stamp_s, camera);
     } else {
       --frame_;
       return;
@@ -130,23 +167,10 @@ class RunWriter {
     return points;
   }
 
-  void write_measurement(std::int64_t k, double t_s) {
-    SequenceMeasurement measurement;
-    measurement.t_s = t_s + scenario_.em_clock_error_s;
-    measurement.em_frame = static_cast<std::uint32_t>(k);
-    for (const CoilPlacement& coil : scenario_.room.instruments.front().coils) {
-      measurement.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-          tracker_.measure(world_, 0, coil, k, t_s);
-      measurement.coil_count = std::max(measurement.coil_count, coil.sensor);
-    }
-    writer_.add_measurement(measurement);
-  }
-
   const SimulatedRun& run_;
   const Scenario& scenario_;
   DriverSettings settings_;
   SimulatedWorld world_;
-  SimulatedTracker tracker_;
   SequenceWriter writer_;
   std::vector<std::unique_ptr<SimulatedView>> views_;
   std::uint32_t frame_ = 0;
@@ -167,7 +191,64 @@ Scenario scenario_of(const SimulatedRun& run) {
     }
     scenario.second_view_every = run.second_view_every;
   }
+  (void)described_room_of(run, scenario);  // now, not after the mechanics
   return scenario;
+}
+
+RoomDescription described_room_of(const SimulatedRun& run, const Scenario& scenario) {
+  return described_room(scenario.room, parse_mistakes(run.mistakes), {run.seed, scenario.middle_world_mm});
+}
+
+std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run, const Scenario& scenario) {
+  const DriverSettings settings = settings_for(run);
+  const SimulatedWorld world(described_room_of(run, scenario), settings);
+  const SimulatedTracker tracker(world, settings, em_period_s(scenario));
+  std::vector<SequenceMeasurement> measurements;
+  for (const Tick& tick : measurements_of(run, scenario)) {
+    SequenceMeasurement& measurement = measurements.emplace_back();
+    measurement.t_s = tick.t_s + scenario.em_clock_error_s + world.mistakes().em_stamp_error_s();
+    measurement.em_frame = static_cast<std::uint32_t>(tick.k);
+    for (const CoilPlacement& coil : world.room().instruments.front().coils) {
+      measurement.coils[static_cast<std::size_t>(coil.sensor - 1)] =
+          tracker.measure(world, 0, coil, tick.k, tick.t_s);
+      measurement.coil_count = std::max(measurement.coil_count, coil.sensor);
+    }
+  }
+  return measurements;
+}
+
+bool changes_pictures(const SimulatedRun& run) {
+  const RoomMistakes mistakes = parse_mistakes(run.mistakes);
+  return mistakes.inverts || mistakes.mirrors || run.swing_deg != 0 || run.pan_mm != 0 || run.turn_deg != 0 ||
+         run.zoom != 1;
+}
+
+Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& scenario) {
+  const RoomMistakes mistakes = parse_mistakes(run.mistakes);
+  clean.room = described_room_of(run, scenario);
+  clean.measurements = simulated_measurements(run, scenario);
+  for (SequenceFrame& frame : clean.frames) {
+    frame.t_s += mistakes.image_stamp_error_s();
+    if (frame.geometry) {
+      frame.geometry->fx *= mistakes.focal;
+      frame.geometry->fy *= mistakes.focal;
+    }
+  }
+  return clean;
+}
+
+TrueRun true_run_of(const SimulatedRun& run, const Scenario& scenario, const Sequence& sequence) {
+  const SimulatedWorld world(described_room_of(run, scenario), settings_for(run));
+  TrueRun truth = true_run_of(sequence);
+  truth.cameras.clear();
+  for (const CameraCalibration& camera : world.room().cameras) truth.cameras.emplace_back(camera);
+  const std::vector<SequenceInstant> instants = instants_of(sequence);
+  for (std::size_t i = 0; i < truth.instants.size(); ++i) {
+    const double exposed_s = instants[i].t_s - world.mistakes().image_stamp_error_s();
+    TrueInstant& instant = truth.instants[i];
+    instant.view = world.view(world.room().cameras[instant.view_camera], exposed_s);
+  }
+  return truth;
 }
 
 void require_empty(const std::filesystem::path& folder) {

@@ -6,8 +6,11 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "clients/evaluation/true_run.hpp"
 #include "drivers/laboratory/scenario.hpp"
+#include "drivers/replay/sequence_folder.hpp"
 
 namespace tubed {
 
@@ -22,11 +25,34 @@ struct SimulatedRun {
   bool announces_pose = true;   ///< images of a view that moves say how it stood
   double pose_noise_deg = 0.1;  ///< of what they say then, standard deviation
   double pose_noise_mm = 1;
+  double pan_mm = 0;                    ///< the table pans by so much, once
+  double turn_deg = 0;                  ///< the C-arm of the first view turns by so much, once
+  double zoom = 1;                      ///< its focal lengths become so many times what they were, once
+  double move_at_s = -1;                ///< when these begin; negative: half way through
+  std::vector<std::string> mistakes{};  ///< what is wrong: see room_mistakes.hpp
 };
 
-/// The preset with what `run` changes. Throws std::runtime_error for a vessel that cannot be used, and for a
-/// second view of a preset that has one.
+/// The preset with what `run` changes; its room is the real one. Throws std::runtime_error for a vessel that
+/// cannot be used, and for a second view of a preset that has one, std::invalid_argument for mistakes that
+/// cannot be made.
 Scenario scenario_of(const SimulatedRun& run);
+
+/// The same room as sequence.toml describes it.
+RoomDescription described_room_of(const SimulatedRun& run, const Scenario& scenario);
+
+/// All measurements of its coils in order of time. Runs the mechanics first unless they were run.
+std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run, const Scenario& scenario);
+
+/// Are its pictures others than those of the same run without mistakes and moves?
+bool changes_pictures(const SimulatedRun& run);
+
+/// The folder of `run`, made from that of the same run without mistakes: `clean` with the description, stamps
+/// and measurements that the mistakes give it, and the same pictures. Precondition: !changes_pictures(run).
+Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& scenario);
+
+/// The truth of `sequence`, written by or made for `run`, with the cameras as they are and as they stood,
+/// whatever sequence and images say of them.
+TrueRun true_run_of(const SimulatedRun& run, const Scenario& scenario, const Sequence& sequence);
 
 /// How many of all pieces of work are done. Called by the thread that works.
 using RunProgress = std::function<void(std::size_t done, std::size_t total)>;

@@ -39,6 +39,8 @@ std::vector<DemoCommand> demo_commands(const std::vector<std::string>& cameras) 
   return {{"off", "Fluoroscopy off", to_images("off")},
           {"image-stall", "Images stall", to_images("stall 3.0")},
           {"black", "Black images", to_images("black")},
+          {"pan", "Pan table by 5 mm", to_images("pan 5")},
+          {"pan-back", "Pan it back", to_images("pan 0")},
           {"lose-coil", "Break coil 2", {{"em", "lose-coil 2"}}},
           {"outlier", "Coil 3 off by 12 mm", {{"em", "outlier 3 12"}}},
           {"em-stall", "Tracker stalls", {{"em", "stall 3.0"}}},

@@ -276,6 +276,7 @@ Scenario in_vessel(Scenario scenario, const std::string& vessel_file) {
   for (const VesselStation& station : vessel.route) {
     box.extend(station.p_world_mm);
   }
+  scenario.middle_world_mm = box.center();
   for (CameraCalibration& camera : scenario.room.cameras) {
     camera.T_camera_world = camera.T_camera_world * Eigen::Translation3d(kViewCentre_mm - box.center());
   }

@@ -43,6 +43,8 @@ struct Scenario {
   RoomDescription room;  ///< cameras, registration as it is given to the daemon, one catheter
   /// The true registration is room.T_world_em * registration_error.
   RigidTransform registration_error = RigidTransform::Identity();
+  /// Middle of the region that the part of the catheter that is asked for comes through.
+  Eigen::Vector3d middle_world_mm{0, 0, -195};
   std::vector<TimeSpan> fluoroscopy_off;
   ViewMotion view_motion;       ///< of the first view
   ClutterStates clutter;        ///< what else is in the pictures
@@ -50,6 +52,8 @@ struct Scenario {
   double detector_lag = 0;      ///< part of a picture that stays for the next
 
   [[nodiscard]] bool fluoroscopy_on(double t_s) const;
+  /// Until the last command has been carried out.
+  [[nodiscard]] double duration_s() const { return static_cast<double>(commands.size()) / steps_per_s; }
 };
 
 /// Where the part of a catheter that is asked for can be, in the tracker's frame.

@@ -1,11 +1,14 @@
 #include "drivers/laboratory/simulated_tracker.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace tubed {
 
 namespace {
+
+constexpr std::int64_t kJumpStream = 7302;
 
 RigidTransform true_T_em_world(const SimulatedWorld& world) {
   const Scenario* scenario = world.scenario();
@@ -25,11 +28,23 @@ EmErrors errors_of(const SimulatedWorld& world, const DriverSettings& settings) 
   return {errors, seed, {}};
 }
 
+double jump_s(const SimulatedWorld& world) {
+  const RoomMistakes& mistakes = world.mistakes();
+  return mistakes.field_jump_mm > 0 ? mistakes.field_jump_s.value_or(world.half_way_s())
+                                    : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 SimulatedTracker::SimulatedTracker(const SimulatedWorld& world, const DriverSettings& settings,
                                    double period_s)
-    : period_s_(period_s), T_em_world_(true_T_em_world(world)), errors_(errors_of(world, settings)) {}
+    : period_s_(period_s),
+      T_em_world_(true_T_em_world(world)),
+      errors_(errors_of(world, settings)),
+      jump_s_(jump_s(world)),
+      jump_(settings.get<std::int64_t>("seed"), kJumpStream, world.mistakes().field_jump_mm,
+            working_volume_mm(T_em_world_)),
+      toward_tip_(world.mistakes().flips_coils ? -1 : 1) {}
 
 CoilSample SimulatedTracker::measure(const SimulatedWorld& world, int instrument, const CoilPlacement& coil,
                                      std::int64_t k, double t_s) const noexcept {
@@ -45,7 +60,12 @@ CoilSample SimulatedTracker::measure(const SimulatedWorld& world, int instrument
   const Eigen::Vector3d tangent_em =
       T_em_world_.linear() * world.tangent(instrument, t_s, coil.offset_from_tip_mm);
   CoilSample sample = errors_.measure(coil.sensor, k, scenario_s, p_em_mm, tangent_em);
-  sample.tangent_em *= coil.flipped ? -1 : 1;
+  if (t_s >= jump_s_) {
+    // Space is bent, u(p), and directions with it: t + (du/dp) t.
+    sample.p_em_mm += jump_.at(p_em_mm);
+    sample.tangent_em = (sample.tangent_em + jump_.gradient(p_em_mm) * sample.tangent_em).normalized();
+  }
+  sample.tangent_em *= coil.flipped ? -toward_tip_ : toward_tip_;
   return sample;
 }
 

@@ -78,7 +78,7 @@ AttenuationVolume body_of(const SimulatedWorld& world) {
 }
 
 SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWorld& world, std::int64_t seed,
-                             double cnr, std::shared_ptr<const AttenuationVolume> body)
+                             double cnr, std::shared_ptr<const AttenuationVolume> body, PanOnRequest pan)
     : at_rest_(camera), view_(geometry_of(camera)), seed_(seed) {
   const Scenario* scenario = world.scenario();
   if (scenario == nullptr) {
@@ -90,7 +90,7 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
   }
   settings_ = std::make_unique<const RadiographSettings>(settings_of(*scenario));
   radiograph_ = std::make_unique<Radiograph>(camera, *body, *settings_, seed);
-  if (world.view_motion().moves_at_all()) {
+  if (world.view_motion().moves_at_all() || pan == PanOnRequest::kYes) {
     body_ = std::move(body);
   }
   scene_.clutter = scenario->clutter;
@@ -130,11 +130,10 @@ void SimulatedView::place_catheters(const SimulatedWorld& world, double t_s) {
 
 void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t exposure,
                            std::span<std::uint8_t> pixels) {
-  if (world.view_motion().moves_at_all()) {
-    look_from(world.view(at_rest_, t_s));
-  }
+  look_from(panned_view(world.view(at_rest_, t_s), pan_mm_));
   if (drawn_ != nullptr) {
     drawn_->render(world, t_s, exposure, pixels);
+    spoil(world.mistakes(), pixels);
     return;
   }
   const double scenario_s = world.scenario_time_s(t_s);
@@ -144,6 +143,17 @@ void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t
   scene_.clutter.contrast_age_s = contrast_from_s >= 0 ? scenario_s - contrast_from_s : -1;
   place_catheters(world, t_s);
   radiograph_->render(scene_, pixels);
+  spoil(world.mistakes(), pixels);
+}
+
+void SimulatedView::spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const {
+  if (mistakes.inverts) {
+    for (std::uint8_t& pixel : pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
+  }
+  if (mistakes.mirrors) {
+    const auto width = static_cast<std::ptrdiff_t>(at_rest_.width);
+    for (auto row = pixels.begin(); row != pixels.end(); row += width) std::reverse(row, row + width);
+  }
 }
 
 }  // namespace tubed

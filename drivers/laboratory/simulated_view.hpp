@@ -18,6 +18,9 @@ namespace tubed {
 /// Precondition: the world has a preset.
 AttenuationVolume body_of(const SimulatedWorld& world);
 
+/// May the table be panned on request? Then the chest of a preset is kept, to be cast anew.
+enum class PanOnRequest { kNo, kYes };
+
 /// 8-bit pictures: of a preset, radiographs of a chest; of "arch", drawn bands on a still background. Used by
 /// one thread. render() never allocates, but that a preset's view which stands elsewhere than for the picture
 /// before has the rays of the chest cast anew: a second or so, some seconds where heart and lungs move.
@@ -25,7 +28,12 @@ class SimulatedView {
  public:
   /// `cnr` is used for "arch" only, `body` for presets: nullptr makes one. It is kept where the view moves.
   SimulatedView(const CameraCalibration& camera, const SimulatedWorld& world, std::int64_t seed, double cnr,
-                std::shared_ptr<const AttenuationVolume> body = nullptr);
+                std::shared_ptr<const AttenuationVolume> body = nullptr,
+                PanOnRequest pan = PanOnRequest::kNo);
+
+  /// From the next picture on the table stands so far aside, along the camera's x at rest, beside whatever
+  /// the world has the view do; no image says so. Precondition: PanOnRequest::kYes. Never allocates.
+  void pan_table(double pan_mm) { pan_mm_ = pan_mm; }
 
   /// Draws exposure number `exposure`, taken at `t_s` of the world, into width x height pixels. `world` is
   /// the one given at construction, or an equal one.
@@ -33,6 +41,7 @@ class SimulatedView {
 
  private:
   void look_from(const ViewGeometry& view);
+  void spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const;
   void place_catheters(const SimulatedWorld& world, double t_s);
 
   std::unique_ptr<FluoroscopeRenderer> drawn_;  ///< for "arch"
@@ -41,6 +50,7 @@ class SimulatedView {
   CameraCalibration at_rest_;
   ViewGeometry view_;  ///< from where the next picture is drawn, unless it moves
   std::int64_t seed_;
+  double pan_mm_ = 0;
   std::shared_ptr<const AttenuationVolume> body_;  ///< where the view moves
   std::unique_ptr<const RadiographSettings> settings_;
 };

@@ -53,13 +53,22 @@ int first_with_same_coils(const std::vector<InstrumentDescription>& instruments,
   return static_cast<int>(first);
 }
 
-// A swing of the settings takes the place of what the preset's view does.
-void take_motion(const DriverSettings& settings, ViewMotion& motion) {
+MistakeDraw draw_of(const DriverSettings& settings, const Scenario* scenario) {
+  return {settings.get<std::int64_t>("seed"),
+          scenario == nullptr ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : scenario->middle_world_mm};
+}
+
+// A swing of the settings takes the place of what the preset's view does; a change comes on top.
+void take_motion(const DriverSettings& settings, double half_way_s, ViewMotion& motion) {
   const double swing_deg = settings.get<double>("swing_deg");
   if (swing_deg != 0) {
     motion.repeat_s = settings.get<double>("swing_every_s");
     motion.moves = swing(swing_deg, settings.get<double>("swing_deg_s"), motion.repeat_s);
   }
+  const double move_at_s = settings.get<double>("move_at_s");
+  motion.once = moves_of({settings.get<double>("pan_mm"), settings.get<double>("turn_deg"),
+                          settings.get<double>("zoom"), move_at_s < 0 ? half_way_s : move_at_s},
+                         settings.get<std::int64_t>("seed"));
   motion.noise_rad = settings.get<double>("pose_noise_deg") * std::numbers::pi / 180;
   motion.noise_mm = settings.get<double>("pose_noise_mm");
   motion.announced = settings.get<bool>("announces_pose");
@@ -73,8 +82,9 @@ std::vector<std::string> simulation_presets() {
   return names;
 }
 
-SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& settings)
-    : room_(std::move(room)),
+SimulatedWorld::SimulatedWorld(RoomDescription described, const DriverSettings& settings)
+    : mistakes_(parse_mistakes(mistake_words(settings.get<std::string>("mistakes")))),
+      room_(std::move(described)),
       epoch_(from_ns(settings.get<std::int64_t>("epoch_ns"))),
       max_speed_mm_s_(settings.get<double>("speed_mm_s")) {
   for (std::size_t instrument = 0; instrument < room_.instruments.size(); ++instrument) {
@@ -91,8 +101,10 @@ SimulatedWorld::SimulatedWorld(RoomDescription room, const DriverSettings& setti
     scenario_ = std::make_shared<const Scenario>(std::move(scenario));
     run_ = std::make_shared<const PlayedRun>(shared_run_of(*scenario_), scenario_->steps_per_s);
     view_motion_ = scenario_->view_motion;
+    if (view_motion_.repeat_s == 0) view_motion_.repeat_s = 2 * run_->duration_s();
   }
-  take_motion(settings, view_motion_);
+  take_motion(settings, half_way_s(), view_motion_);
+  room_ = real_room(std::move(room_), mistakes_, draw_of(settings, scenario_.get()));
 }
 
 bool SimulatedWorld::is_first(const CameraCalibration& camera) const {
@@ -100,18 +112,23 @@ bool SimulatedWorld::is_first(const CameraCalibration& camera) const {
 }
 
 ViewGeometry SimulatedWorld::view(const CameraCalibration& at_rest, double t_s) const {
-  return is_first(at_rest) ? moved_view(at_rest, view_motion_, motion_time_s(t_s)) : geometry_of(at_rest);
+  return is_first(at_rest) ? moved_view(at_rest, view_motion_, t_s) : geometry_of(at_rest);
 }
 
 std::optional<ViewGeometry> SimulatedWorld::announced(const CameraCalibration& at_rest, double t_s,
                                                       std::int64_t exposure, std::int64_t seed) const {
-  return is_first(at_rest) ? announced_view(at_rest, view_motion_, motion_time_s(t_s), exposure, seed)
-                           : std::nullopt;
+  std::optional<ViewGeometry> said;
+  if (is_first(at_rest)) said = announced_view(at_rest, view_motion_, t_s, exposure, seed);
+  if (said) {
+    said->fx *= mistakes_.focal;
+    said->fy *= mistakes_.focal;
+  }
+  return said;
 }
 
-// Moves that repeat have a clock of their own.
-double SimulatedWorld::motion_time_s(double t_s) const {
-  return view_motion_.repeat_s > 0 ? t_s : scenario_time_s(t_s);
+double SimulatedWorld::half_way_s() const {
+  constexpr double kOfTheArch_s = 30;
+  return run_ == nullptr ? kOfTheArch_s : run_->duration_s() / 2;
 }
 
 double SimulatedWorld::scenario_time_s(double t_s) const {

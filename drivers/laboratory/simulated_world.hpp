@@ -13,6 +13,7 @@
 #include "drivers/interface/room.hpp"
 #include "drivers/interface/timestamps.hpp"
 #include "drivers/laboratory/played_run.hpp"
+#include "drivers/laboratory/room_mistakes.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "drivers/laboratory/vessel/vessel_centreline.hpp"
 
@@ -39,9 +40,11 @@ std::vector<std::string> simulation_presets();
 /// it keeps its length by construction.
 class SimulatedWorld {
  public:
-  /// `settings`: the described keys of the simulation driver; `epoch_ns`, `speed_mm_s`, `preset`, `seed` and
-  /// those of the moving view are used here.
-  SimulatedWorld(RoomDescription room, const DriverSettings& settings);
+  /// `described`: the room as the configuration has it; with mistakes in the settings the room is another.
+  /// `settings`: the described keys of the simulation driver; `epoch_ns`, `speed_mm_s`, `preset`, `seed`,
+  /// `mistakes` and those of the moving view are used here. Throws std::invalid_argument for a mistake that
+  /// there is not.
+  SimulatedWorld(RoomDescription described, const DriverSettings& settings);
 
   /// Seconds since the epoch of the simulation.
   [[nodiscard]] double seconds(MonotonicTime time) const { return seconds_between(epoch_, time); }
@@ -60,7 +63,10 @@ class SimulatedWorld {
     return catheters_[static_cast<std::size_t>(instrument)];
   }
 
+  /// As it is, which without mistakes is as it was described.
   [[nodiscard]] const RoomDescription& room() const { return room_; }
+  /// What is described wrong, or goes wrong.
+  [[nodiscard]] const RoomMistakes& mistakes() const { return mistakes_; }
   /// What is simulated; nullptr for "arch".
   [[nodiscard]] const Scenario* scenario() const { return scenario_.get(); }
   /// How the room's first view moves: as the preset has it, or as the settings say.
@@ -69,14 +75,16 @@ class SimulatedWorld {
   [[nodiscard]] ViewGeometry view(const CameraCalibration& at_rest, double t_s) const;
   [[nodiscard]] std::optional<ViewGeometry> announced(const CameraCalibration& at_rest, double t_s,
                                                       std::int64_t exposure, std::int64_t seed) const;
+  /// When the catheter is half way in; 30 s for "arch".
+  [[nodiscard]] double half_way_s() const;
   /// The preset's time at `t_s`: it begins again when the catheter is back. The same time for "arch".
   [[nodiscard]] double scenario_time_s(double t_s) const;
 
  private:
-  [[nodiscard]] double motion_time_s(double t_s) const;
   [[nodiscard]] bool is_first(const CameraCalibration& camera) const;
   [[nodiscard]] VesselPoint at(int instrument, double t_s, double s_mm) const;
 
+  RoomMistakes mistakes_;
   RoomDescription room_;
   MonotonicTime epoch_;
   double max_speed_mm_s_;

@@ -13,19 +13,22 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int64_t kNoiseStream = 4100;
+constexpr std::int64_t kPanStream = 4200;
 
 /// What all moves together have changed.
 ViewMove changed_by(const ViewMotion& motion, double t_s) {
-  const double time_s = motion.repeat_s > 0 ? std::fmod(std::max(t_s, 0.0), motion.repeat_s) : t_s;
   ViewMove sum;
-  for (const ViewMove& move : motion.moves) {
+  const auto add = [&sum](const ViewMove& move, double time_s) {
     const double duration_s = std::max(move.until_s - move.from_s, 1e-9);
     const double part = std::clamp((time_s - move.from_s) / duration_s, 0.0, 1.0);
     sum.turn_deg += part * move.turn_deg;
     sum.tilt_deg += part * move.tilt_deg;
     sum.pan_mm += part * move.pan_mm;
     sum.zoom *= 1 + part * (move.zoom - 1);
-  }
+  };
+  const double repeated_s = motion.repeat_s > 0 ? std::fmod(std::max(t_s, 0.0), motion.repeat_s) : t_s;
+  for (const ViewMove& move : motion.moves) add(move, repeated_s);
+  for (const ViewMove& move : motion.once) add(move, t_s);
   return sum;
 }
 
@@ -93,6 +96,11 @@ std::optional<ViewGeometry> announced_view(const CameraCalibration& at_rest, con
   return view;
 }
 
+ViewGeometry panned_view(ViewGeometry view, double pan_mm) {
+  view.t_camera_world_mm[0] += pan_mm;
+  return view;
+}
+
 std::vector<ViewMove> swing(double turn_deg, double speed_deg_s, double period_s) {
   const double duration_s = std::min(std::abs(turn_deg) / speed_deg_s, period_s / 2);
   ViewMove there;
@@ -103,6 +111,31 @@ std::vector<ViewMove> swing(double turn_deg, double speed_deg_s, double period_s
   back.until_s = period_s / 2 + duration_s;
   back.turn_deg = -turn_deg;
   return {there, back};
+}
+
+std::vector<ViewMove> moves_of(const ViewChange& change, std::int64_t seed) {
+  constexpr double kPan_mm_s = 10;
+  constexpr double kTurn_deg_s = 10;
+  constexpr double kZoom_s = 0.1;
+  std::vector<ViewMove> moves;
+  const auto begin = [&](double duration_s) -> ViewMove& {
+    ViewMove move;
+    move.from_s = change.at_s;
+    move.until_s = change.at_s + duration_s;
+    return moves.emplace_back(move);
+  };
+  if (change.pan_mm != 0) {
+    const double direction_rad = 2 * std::numbers::pi * CounterRandom(seed, kPanStream, 0).unit();
+    begin(std::abs(change.pan_mm) / kPan_mm_s).pan_mm =
+        change.pan_mm * Eigen::Vector3d(std::cos(direction_rad), std::sin(direction_rad), 0);
+  }
+  if (change.turn_deg != 0) {
+    begin(std::abs(change.turn_deg) / kTurn_deg_s).turn_deg = change.turn_deg;
+  }
+  if (change.zoom != 1) {
+    begin(kZoom_s).zoom = change.zoom;
+  }
+  return moves;
 }
 
 }  // namespace tubed

@@ -21,7 +21,8 @@ bool parse_all(std::string_view text, Number& value) {
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file,
-                     std::initializer_list<std::string_view> required_columns)
+                     std::initializer_list<std::string_view> required_columns,
+                     std::initializer_list<std::string_view> optional_columns)
     : file_(file), bytes_(read_whole_file(file)), rest_(bytes_) {
   if (rest_.starts_with(kByteOrderMark)) {
     rest_.remove_prefix(kByteOrderMark.size());
@@ -29,7 +30,9 @@ CsvReader::CsvReader(const std::filesystem::path& file,
   if (!next_line()) {
     throw SequenceError({file_, 1, 1}, "the file is empty; its first line has to name the columns");
   }
-  find_columns(required_columns);
+  header_fields_ = fields_.size();
+  for (const std::string_view name : required_columns) find_column(name, true);
+  for (const std::string_view name : optional_columns) find_column(name, false);
 }
 
 bool CsvReader::next_row() {
@@ -107,23 +110,21 @@ void CsvReader::split_line() {
   }
 }
 
-void CsvReader::find_columns(std::initializer_list<std::string_view> required_columns) {
-  header_fields_ = fields_.size();
-  for (const std::string_view name : required_columns) {
-    const auto is_name = [&](const Field& field) { return field.text == name; };
-    const auto found = std::find_if(fields_.begin(), fields_.end(), is_name);
-    if (found == fields_.end()) {
-      throw SequenceError({file_, line_, 1}, "the column '" + std::string(name) +
-                                                 "' is missing; the header is " + in_quotes(line_text_));
-    }
-    const auto again = std::find_if(found + 1, fields_.end(), is_name);
-    if (again != fields_.end()) {
-      throw SequenceError({file_, line_, again->column},
-                          "the column '" + std::string(name) + "' is there twice");
-    }
-    places_.push_back(static_cast<std::size_t>(found - fields_.begin()));
-    names_.emplace_back(name);
+void CsvReader::find_column(std::string_view name, bool is_required) {
+  const auto is_name = [&](const Field& field) { return field.text == name; };
+  const auto found = std::find_if(fields_.begin(), fields_.end(), is_name);
+  if (found == fields_.end() && is_required) {
+    throw SequenceError({file_, line_, 1}, "the column '" + std::string(name) +
+                                               "' is missing; the header is " + in_quotes(line_text_));
   }
+  const bool is_there = found != fields_.end();
+  const auto again = is_there ? std::find_if(found + 1, fields_.end(), is_name) : found;
+  if (again != fields_.end()) {
+    throw SequenceError({file_, line_, again->column},
+                        "the column '" + std::string(name) + "' is there twice");
+  }
+  places_.push_back(is_there ? static_cast<std::size_t>(found - fields_.begin()) : kNowhere);
+  names_.emplace_back(name);
 }
 
 }  // namespace tubed

@@ -18,7 +18,12 @@ namespace tubed {
 /// passed over. Everything that cannot be used throws SequenceError with its line and column.
 class CsvReader {
  public:
-  CsvReader(const std::filesystem::path& file, std::initializer_list<std::string_view> required_columns);
+  /// The numbers of `optional_columns` go on after those of the required ones.
+  CsvReader(const std::filesystem::path& file, std::initializer_list<std::string_view> required_columns,
+            std::initializer_list<std::string_view> optional_columns = {});
+
+  /// Always true of a required column.
+  [[nodiscard]] bool has(std::size_t column) const { return places_[column] != kNowhere; }
 
   /// Goes on to the next row; false after the last. A row with another number of fields than the header is
   /// refused.
@@ -45,7 +50,9 @@ class CsvReader {
 
   bool next_line();
   void split_line();
-  void find_columns(std::initializer_list<std::string_view> required_columns);
+  void find_column(std::string_view name, bool is_required);
+
+  static constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
   std::filesystem::path file_;
   std::string bytes_;
@@ -54,8 +61,8 @@ class CsvReader {
   int line_ = 0;
   std::size_t header_fields_ = 0;
   std::vector<Field> fields_;        ///< of the current line, in the file's order
-  std::vector<std::size_t> places_;  ///< required column -> field
-  std::vector<std::string> names_;   ///< of the required columns
+  std::vector<std::size_t> places_;  ///< column -> field
+  std::vector<std::string> names_;   ///< of the columns
 };
 
 }  // namespace tubed

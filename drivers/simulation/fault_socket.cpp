@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kMaxStall_s = 1e6;
 constexpr double kMaxOutlier_mm = 1e4;
+constexpr double kMaxPan_mm = 200;
 
 /// Takes the next word off the front of `rest`.
 std::string_view take_word(std::string_view& rest) {
@@ -69,6 +70,12 @@ bool set_outlier(std::string_view rest, Faults& faults) {
   return true;
 }
 
+bool pan(std::string_view rest, Faults& faults) {
+  const auto distance_mm = take_number(rest, -kMaxPan_mm, kMaxPan_mm);
+  faults.pan_mm = distance_mm.value_or(faults.pan_mm);
+  return distance_mm.has_value();
+}
+
 OpenResult refused(const std::filesystem::path& path) {
   return {false, "control socket " + path.string() + ": " + std::strerror(errno) +
                      "; does control_folder exist and may it be written?"};
@@ -86,6 +93,9 @@ bool apply_fault(std::string_view command, MonotonicTime now, Faults& faults) no
   }
   if (verb == "outlier") {
     return set_outlier(command, faults);
+  }
+  if (verb == "pan") {
+    return pan(command, faults);
   }
   if (verb == "off" || verb == "on") {
     faults.fluoroscopy_off = verb == "off";

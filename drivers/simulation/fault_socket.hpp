@@ -17,6 +17,7 @@ struct Faults {
   MonotonicTime stalled_until{};  ///< nothing is delivered before
   bool fluoroscopy_off = false;
   bool black = false;
+  double pan_mm = 0;  ///< of the table; no image says so
   bool stuck = false;
   std::array<bool, kMaxTrackerCoils> lost{};          ///< by sensor - 1
   std::array<double, kMaxTrackerCoils> outlier_mm{};  ///< by sensor - 1

@@ -9,21 +9,23 @@ namespace tubed {
 
 namespace {
 
-SampleClock em_clock(const DriverSettings& settings) {
+/// Late stamps come from a delay that nobody knows of: what is stamped late is delivered late.
+SampleClock em_clock(const DriverSettings& settings, const SimulatedWorld& world) {
   return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("em_rate_hz"),
-          settings.get<double>("em_latency_ms")};
+          settings.get<double>("em_latency_ms") + 1e3 * world.mistakes().em_stamp_error_s()};
 }
 
 std::chrono::nanoseconds stamp_error(const SimulatedWorld& world) {
   const Scenario* scenario = world.scenario();
-  return std::chrono::nanoseconds(scenario == nullptr ? 0 : std::llround(1e9 * scenario->em_clock_error_s));
+  const double of_preset_s = scenario == nullptr ? 0 : scenario->em_clock_error_s;
+  return std::chrono::nanoseconds(std::llround(1e9 * (of_preset_s + world.mistakes().em_stamp_error_s())));
 }
 
 }  // namespace
 
 SimulatedEmSource::SimulatedEmSource(const RoomDescription& room, const DriverSettings& settings)
     : world_(room, settings),
-      clock_(em_clock(settings)),
+      clock_(em_clock(settings, world_)),
       stamp_error_(stamp_error(world_)),
       tracker_(world_, settings, 1 / settings.get<double>("em_rate_hz")),
       control_folder_(settings.get<std::string>("control_folder")) {}

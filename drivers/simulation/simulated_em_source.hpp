@@ -28,7 +28,7 @@ class SimulatedEmSource final : public EmSource {
 
   SimulatedWorld world_;
   SampleClock clock_;
-  std::chrono::nanoseconds stamp_error_;  ///< of the preset's tracker
+  std::chrono::nanoseconds stamp_error_;  ///< of the preset's tracker and of mistakes
   SimulatedTracker tracker_;
   std::string control_folder_;
   FaultSocket control_;

@@ -1,6 +1,7 @@
 #include "drivers/simulation/simulated_image_source.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "drivers/interface/monotonic_clock.hpp"
 
@@ -8,21 +9,23 @@ namespace tubed {
 
 namespace {
 
-/// A preset may expose the second view with every n-th exposure of the first only.
+/// Late stamps come from a delay that nobody knows of: what is stamped late is delivered late. A preset may
+/// expose the second view with every n-th exposure of the first only.
 SampleClock image_clock(const DriverSettings& settings, const SimulatedWorld& world, int camera_index) {
   const Scenario* scenario = world.scenario();
   const int every = scenario == nullptr || camera_index == 0 ? 1 : scenario->second_view_every;
   return {from_ns(settings.get<std::int64_t>("epoch_ns")), settings.get<double>("frame_rate_hz") / every,
-          settings.get<double>("image_latency_ms")};
+          settings.get<double>("image_latency_ms") + 1e3 * world.mistakes().image_stamp_error_s()};
 }
 
 }  // namespace
 
 SimulatedImageSource::SimulatedImageSource(const RoomDescription& room, const DriverSettings& settings,
                                            int camera_index)
-    : camera_(room.cameras.at(static_cast<std::size_t>(camera_index))),
-      world_(room, settings),
+    : world_(room, settings),
+      camera_(world_.room().cameras.at(static_cast<std::size_t>(camera_index))),
       clock_(image_clock(settings, world_, camera_index)),
+      stamp_error_(std::llround(1e9 * world_.mistakes().image_stamp_error_s())),
       seed_(settings.get<std::int64_t>("seed")),
       cnr_(settings.get<double>("cnr")),
       control_folder_(settings.get<std::string>("control_folder")) {}
@@ -35,7 +38,8 @@ OpenResult SimulatedImageSource::open() {
     }
   }
   if (view_ == nullptr) {
-    view_ = std::make_unique<SimulatedView>(camera_, world_, seed_, cnr_);
+    view_ = std::make_unique<SimulatedView>(camera_, world_, seed_, cnr_, nullptr,
+                                            control_folder_.empty() ? PanOnRequest::kNo : PanOnRequest::kYes);
   }
   next_ = clock_.first_after(monotonic_now());
   is_open_ = true;
@@ -82,7 +86,7 @@ bool SimulatedImageSource::exposed(std::int64_t k) const noexcept {
 
 void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   shown_ = faults_.stuck ? shown_ : next_;
-  frame.exposure = clock_.taken(next_);
+  frame.exposure = clock_.taken(next_) + stamp_error_;
   frame.frame_number = static_cast<std::uint32_t>(next_);
   frame.origin = Origin::kSimulated;
   frame.fluoroscopy_on = !faults_.fluoroscopy_off && exposed(next_);
@@ -95,6 +99,7 @@ void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   if (faults_.black) {
     std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
   } else if (frame.fluoroscopy_on) {
+    view_->pan_table(faults_.pan_mm);
     view_->render(world_, world_.seconds(clock_.taken(shown_)), shown_, pixels);
   }
   frame.received = monotonic_now();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -28,9 +29,10 @@ class SimulatedImageSource final : public ImageSource {
   /// Does the preset radiate at exposure k?
   [[nodiscard]] bool exposed(std::int64_t k) const noexcept;
 
-  CameraCalibration camera_;
   SimulatedWorld world_;
+  CameraCalibration camera_;  ///< as it is, whatever was described
   SampleClock clock_;
+  std::chrono::nanoseconds stamp_error_;
   std::int64_t seed_;
   double cnr_;
   std::unique_ptr<SimulatedView> view_;  ///< made by the first open(): the rays of a chest take seconds

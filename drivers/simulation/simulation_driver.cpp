@@ -39,6 +39,20 @@ std::vector<KeyDescription> simulation_settings() {
       key::real("pose_noise_deg", 0.1, "deg", {0, 10},
                 "standard deviation of what it says then of the C-arm's angles"),
       key::real("pose_noise_mm", 1.0, "mm", {0, 100}, ".. of where it stands"),
+      key::real(
+          "pan_mm", 0.0, "mm", {-200, 200},
+          "the table pans by so much, once, at 10 mm/s in the plane of the first view's image, and stays"),
+      key::real("turn_deg", 0.0, "deg", {-120, 120},
+                "the C-arm of the first view turns by so much, once, at 10 deg/s, and stays"),
+      key::real("zoom", 1.0, "", {0.5, 2},
+                "the focal lengths of the first view become so many times what they were, once"),
+      key::real(
+          "move_at_s", -1.0, "s", {-1, 1e6},
+          "when these three begin; negative = half way through the preset's commands, in the arch at 30 s"),
+      key::text(
+          "mistakes", "", {},
+          "what is wrong with the room or with what this file says of it, as words between blanks, such as "
+          "\"registration=6,2 clock=150\": the list of `tubectl simulate --help`; empty = nothing"),
       key::text("control_folder", "", {}, "where sockets for faults on request are bound; empty = none")};
 }
 

@@ -8,6 +8,7 @@ from bed import check, check_timing, is_fused, is_valid, need_real_time, rate_hz
 from shared_memory import Grabber, configuration_of
 
 SECONDS = 3
+LEARNING_S = 12  # until a view is known well enough for a move of 5 mm
 LOOKS_PAST_MM = 80  # a camera that is believed to be so far beside where it is does not find the tube
 
 
@@ -36,6 +37,19 @@ def a_swinging_view_that_says_how_it_stands_keeps_its_images(bed):
     check(share_fused(said) > 0.8, "images are lost although they say how the view stood")
     check(share_fused(silent) < share_fused(said) - 0.2, "that a view has moved is not felt: the test proves nothing")
     check_timing(28 <= rate_hz(said) <= 32, f"{rate_hz(said):.1f} Hz while the view moves")
+
+
+def a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back(bed):
+    need_real_time()
+    _, subscriber = bed.tracked(bed.simulation())
+    time.sleep(LEARNING_S)
+    check(not any("GEOMETRY_CHANGED" in reasons_of(sample) for sample in subscriber.samples(0)), "GEOMETRY_CHANGED before anything moved")
+    panned_ns = bed.fault("image-A", "pan 5")
+    subscriber.wait_for(lambda sample: "GEOMETRY_CHANGED" in sample.get("reason_names", ""), "GEOMETRY_CHANGED", 5,
+                        since_ns=panned_ns)
+    back_ns = bed.fault("image-A", "pan 0")
+    subscriber.wait_for(lambda sample: "reason_names" in sample and is_fused(sample) and "GEOMETRY_CHANGED" not in reasons_of(sample),
+                        "a shape with images again", 15, since_ns=back_ns + 1_500_000_000)
 
 
 def moved(text, by_mm):
@@ -111,5 +125,6 @@ def a_geometry_comes_through_shared_memory(bed):
 
 
 if __name__ == "__main__":
-    beds.main(a_swinging_view_that_says_how_it_stands_keeps_its_images, a_corrected_pose_is_taken_by_a_reload,
+    beds.main(a_swinging_view_that_says_how_it_stands_keeps_its_images,
+              a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back, a_corrected_pose_is_taken_by_a_reload,
               a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on, a_geometry_comes_through_shared_memory)

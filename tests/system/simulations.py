@@ -16,9 +16,9 @@ def _digest(folder):
             for file in sorted(folder.rglob("*")) if file.is_file()}
 
 
-def _simulated(bed, name, seed):
+def _simulated(bed, name, seed, *options):
     folder = bed.folder / name
-    done = bed.tubectl("simulate", "--preset", "paper", "--seed", str(seed), "--every", "40", "--out", str(folder),
+    done = bed.tubectl("simulate", "--preset", "paper", "--seed", str(seed), "--every", "40", "--out", str(folder), *options,
                        timeout_s=150)
     check(done.returncode == 0, f"tubectl simulate exits {done.returncode}: {done.stderr}")
     return folder
@@ -57,6 +57,35 @@ def the_second_view_comes_as_often_as_asked_for(bed):
     check(done.returncode != 0 and "one view" in done.stderr, f"a second view of a preset with one: {done.returncode}, {done.stderr}")
 
 
+def mistakes_change_what_is_described_or_measured_and_never_the_truth(bed):
+    right = _simulated(bed, "right", 21)
+    texts = ("registration=6,2", "offset=2,5", "focal=1.08")
+    digest = _digest(right)
+    described = _digest(_simulated(bed, "described", 21, *(word for text in texts for word in ("--mistake", text))))
+    check({name for name in digest if described[name] != digest[name]} <= {"sequence.toml", "em.csv"},
+          "a wrong description changes pictures, stamps or the truth")
+    check(described["sequence.toml"] != digest["sequence.toml"], "nothing is described wrong")
+    late = _simulated(bed, "late", 21, "--mistake", "clock=150")
+    check(_digest(late)["truth.csv"] == digest["truth.csv"], "a late clock changes the truth")
+    stamps = [[float(row["t_s"]) for row in csv.DictReader(open(folder / "frames.csv", encoding="utf-8", newline=""))] for folder in (right, late)]
+    check(all(abs(b - a - 0.15) < 1e-9 for a, b in zip(*stamps)), f"stamps are not 150 ms late: {stamps}")
+    panned = _digest(_simulated(bed, "panned", 21, "--pan", "5", "--unannounced"))
+    changed = {name for name in digest if panned[name] != digest[name]}
+    check("truth.csv" not in changed and "geometry.csv" not in panned, "an unannounced pan changes the truth or is announced")
+    pictures = sorted((name for name in digest if name.startswith("images/")), key=lambda name: int(name.split("-")[1].split(".")[0]))
+    half = len(pictures) // 2
+    check(changed & set(pictures) == set(pictures[half:]) or changed & set(pictures) == set(pictures[half + 1:]), f"not the second half of the pictures changed: {sorted(changed)}")
+    done = bed.tubectl("simulate", "--mistake", "focal=9")
+    check(done.returncode != 0 and "FACTOR from 0.2 to 5" in done.stderr, f"focal=9: {done.returncode}, {done.stderr}")
+
+
+def a_daemon_with_a_mistake_that_there_is_not_ends_with_78(bed):
+    daemon = bed.start_daemon(bed.simulation(simulation='mistakes = "focus=1.1"'))
+    code = daemon.wait(20)
+    say(daemon.words().strip())
+    check(code == EXIT_CONFIGURATION and "focal=FACTOR" in daemon.words(), f"exit code {code}, expected {EXIT_CONFIGURATION} and the list")
+
+
 def a_vessel_in_metres_is_refused_with_its_place(bed):
     vessel = bed.write("aorta.csv", IN_METRES)
     done = bed.tubectl("simulate", "--vessel", str(vessel))
@@ -81,4 +110,5 @@ def a_daemon_with_a_vessel_it_cannot_use_ends_with_78(bed):
 
 if __name__ == "__main__":
     beds.main(a_simulated_folder_is_the_same_for_the_same_seed_and_can_be_reconstructed,
-              the_second_view_comes_as_often_as_asked_for, a_vessel_in_metres_is_refused_with_its_place, a_daemon_with_a_vessel_it_cannot_use_ends_with_78)
+              the_second_view_comes_as_often_as_asked_for, a_vessel_in_metres_is_refused_with_its_place,
+              mistakes_change_what_is_described_or_measured_and_never_the_truth, a_daemon_with_a_mistake_that_there_is_not_ends_with_78, a_daemon_with_a_vessel_it_cannot_use_ends_with_78)

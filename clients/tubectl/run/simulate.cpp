@@ -14,6 +14,7 @@
 #include "clients/evaluation/simulated_run.hpp"
 #include "clients/tubectl/see/simulation_picture.hpp"
 #include "clients/tubectl/verbs.hpp"
+#include "drivers/laboratory/room_mistakes.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "idl/settings/key_description.hpp"
 
@@ -105,6 +106,16 @@ int simulate(const SimulateOptions& options) {
   return kExitOk;
 }
 
+/// One line a mistake.
+std::string mistake_meanings() {
+  std::string words =
+      "What people and rooms get wrong, NAME=VALUES; may be given several times. The truth stays true";
+  for (const MistakeHelp& mistake : mistakes_help()) {
+    words += "\n" + mistake.form + ": " + std::string(mistake.meaning);
+  }
+  return words;
+}
+
 }  // namespace
 
 CommandLine add_simulate(CommandLine app, int& exit_code) {
@@ -141,6 +152,17 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   verb.add_option("--pose-noise-mm", options->run.pose_noise_mm, "The same of where it stands")
       .in_range(0.0, 100.0)
       .capture_default_str();
+  verb.add_option("--pan", options->run.pan_mm,
+                  "Pan the table by so many mm, once, in the image's plane at 10 mm a second; it stays there")
+      .in_range(-200.0, 200.0);
+  verb.add_option("--turn", options->run.turn_deg,
+                  "Turn the C-arm of the first view by so many degrees, once, at 10 degrees a second")
+      .in_range(-120.0, 120.0);
+  verb.add_option("--zoom", options->run.zoom, "Multiply its focal lengths by this, once").in_range(0.5, 2.0);
+  verb.add_option("--move-at", options->run.move_at_s,
+                  "When --pan, --turn and --zoom begin, s (default: half way through)")
+      .in_range(0.0, 1e6);
+  verb.add_option("--mistake", options->run.mistakes, mistake_meanings());
   verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
   verb.callback([options, &exit_code] {
     options->run.announces_pose = !options->unannounced;

@@ -35,6 +35,7 @@ struct DemoOptions {
   std::string preset{kArchPreset};
   std::string tracker = "simulation";
   std::string can_interface;
+  std::vector<std::string> mistakes;
   bool web = false;
   std::string listen = "127.0.0.1:8080";
 };
@@ -53,13 +54,9 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain,
-               to_ns(steady_clock::now()),
-               options.seed,
-               options.preset,
-               tracker_named(options.tracker),
-               options.can_interface,
-               options.web ? options.listen : ""},
+      : scene_{options.domain,   to_ns(steady_clock::now()),       options.seed,
+               options.preset,   tracker_named(options.tracker),   options.can_interface,
+               options.mistakes, options.web ? options.listen : ""},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -103,8 +100,12 @@ class Demo {
         black_ = true;
         daemon_.command("image-A", "black");
         break;
+      case 'p':
+        panned_ = !panned_;
+        daemon_.command("image-A", panned_ ? "pan 5" : "pan 0");
+        break;
       case 'r':
-        off_ = coil_lost_ = black_ = false;
+        off_ = coil_lost_ = black_ = panned_ = false;
         daemon_.command("image-A", "clear");
         daemon_.command("em", "clear");
         break;
@@ -112,7 +113,7 @@ class Demo {
         break;
     }
     shapes_.faults = std::string(off_ ? "fluoroscopy off  " : "") + (coil_lost_ ? "coil 2 lost  " : "") +
-                     (black_ ? "black image" : "");
+                     (black_ ? "black image  " : "") + (panned_ ? "table panned" : "");
   }
 
   DemoDaemon& daemon() { return daemon_; }
@@ -129,6 +130,7 @@ class Demo {
   bool off_ = false;
   bool coil_lost_ = false;
   bool black_ = false;
+  bool panned_ = false;
 };
 
 int say_ended(const EndedProgram& ended) {
@@ -286,6 +288,9 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
   verb.add_option("--can", options->can_interface,
                   "with --tracker aurora-can: a CAN interface, as vcan0; default: a socket instead of a bus")
       .needs(tracker);
+  verb.add_option("--mistake", options->mistakes,
+                  "what people and rooms get wrong, NAME=VALUES, as `tubectl simulate --help` lists it; may "
+                  "be given several times");
   verb.add_option("--seed", options->seed, "of the simulated noise").capture_default_str();
   verb.callback([options, &exit_code] { exit_code = run(*options); });
   return verb;

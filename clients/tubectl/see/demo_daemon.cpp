@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "drivers/aurora_can/can_port.hpp"
+#include "drivers/laboratory/room_mistakes.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "drivers/laboratory/simulated_world.hpp"
 
@@ -95,28 +96,41 @@ std::string toml_matrix(const RigidTransform& transform) {
   return text + "]";
 }
 
-/// Views and registration: those of the preset, or one view of the arch from the front.
-RoomDescription room_of(const DemoScene& scene) {
-  if (scene.preset != kArchPreset) {
-    return make_scenario(scene.preset, scene.seed).room;
-  }
+/// One view of the arch from the front, five coils.
+RoomDescription room_of_the_arch() {
   CameraCalibration camera{"A", 400, 600, 2000, 2000, 200, 300, {}, RigidTransform::Identity()};
   camera.T_camera_world.translation().z() = 1200;
+  InstrumentDescription catheter;
+  int sensor = 0;
+  for (const double offset_mm : {10.0, 90.0, 170.0, 270.0, 370.0}) {
+    catheter.coils.push_back({++sensor, offset_mm, false});
+  }
   RoomDescription room;
   room.cameras = {camera};
+  room.instruments = {catheter};
   return room;
 }
 
-std::string instrument_text(const char* id, const char* mode, DemoTracker tracker) {
+/// Views, registration and coils as they are described, mistakes and all.
+RoomDescription room_of(const DemoScene& scene) {
+  const RoomMistakes mistakes = parse_mistakes(scene.mistakes);
+  if (scene.preset == kArchPreset) {
+    return described_room(room_of_the_arch(), mistakes, {scene.seed, Eigen::Vector3d::Zero()});
+  }
+  const Scenario scenario = make_scenario(scene.preset, scene.seed);
+  return described_room(scenario.room, mistakes, {scene.seed, scenario.middle_world_mm});
+}
+
+std::string instrument_text(const char* id, const char* mode, const std::vector<CoilPlacement>& coils,
+                            DemoTracker tracker) {
   std::string text = std::string("[[instrument]]\nid = \"") + id + "\"\nmode = \"" + mode +
                      "\"\ndiameter_mm = 2.33\nlength_mm = 380.0\n";
-  int sensor = 0;
-  for (const char* offset : {"10.0", "90.0", "170.0", "270.0", "370.0"}) {
-    text += "[[instrument.coil]]\nsensor = " + std::to_string(++sensor) + "\noffset_from_tip_mm = " + offset +
-            "\n";
+  for (const CoilPlacement& coil : coils) {
+    text += "[[instrument.coil]]\nsensor = " + std::to_string(coil.sensor) +
+            "\noffset_from_tip_mm = " + toml_number(coil.offset_from_tip_mm) + "\n";
     if (tracker == DemoTracker::kAuroraSerial) {  // as the emulator plugs them in: two on a port
-      text += "port = " + std::to_string((sensor + 1) / 2) +
-              "\nchannel = " + std::to_string((sensor + 1) % 2) + "\n";
+      text += "port = " + std::to_string((coil.sensor + 1) / 2) +
+              "\nchannel = " + std::to_string((coil.sensor + 1) % 2) + "\n";
     }
   }
   return text + "\n";
@@ -146,11 +160,17 @@ std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
             "\ndistortion = [0, 0, 0, 0, 0]\nT_camera_world = " + toml_matrix(camera.T_camera_world) +
             "\ndriver = \"simulation\"\n\n";
   }
-  text +=
-      instrument_text("cath-1", "filter", scene.tracker) + instrument_text("cath-1-em", "em", scene.tracker);
+  const std::vector<CoilPlacement>& coils = room.instruments.front().coils;
+  text += instrument_text("cath-1", "filter", coils, scene.tracker) +
+          instrument_text("cath-1-em", "em", coils, scene.tracker);
   text += "[simulation]\npreset = \"" + scene.preset + "\"\nseed = " + std::to_string(scene.seed) +
           "\nepoch_ns = " + std::to_string(scene.epoch_ns) + "\ncontrol_folder = \"" + folder.string() +
           "\"\n";
+  if (!scene.mistakes.empty()) {
+    text += "mistakes = \"";
+    for (const std::string& word : scene.mistakes) text += (word == scene.mistakes.front() ? "" : " ") + word;
+    text += "\"\n";
+  }
   return text;
 }
 

@@ -35,11 +35,14 @@ std::vector<T> last_of(const std::vector<T>& values, std::size_t count) {
 }  // namespace
 
 DemoFigures::DemoFigures(const Configuration& configuration)
-    : world_(configuration.room, *simulation_in(configuration)),
-      camera_(configuration.room.cameras.front()) {}
+    : world_(configuration.room, *simulation_in(configuration)), camera_(world_.room().cameras.front()) {}
+
+double DemoFigures::exposed_s(std::int64_t valid_time_monotonic_ns) const {
+  return world_.seconds(from_ns(valid_time_monotonic_ns)) - world_.mistakes().image_stamp_error_s();
+}
 
 SampledCentreline DemoFigures::truth_at(std::int64_t valid_time_monotonic_ns) const {
-  const double t_s = world_.seconds(from_ns(valid_time_monotonic_ns));
+  const double t_s = exposed_s(valid_time_monotonic_ns);
   SampledCentreline truth;
   constexpr int kLength_mm = 380;
   truth.p_world_mm.resize(3, kLength_mm + 1);
@@ -79,7 +82,7 @@ void DemoFigures::take(const TubeSample& sample) {
   }
   Camera view = camera_;
   if (world_.view_motion().moves_at_all()) {
-    const double t_s = world_.seconds(from_ns(estimate.valid_time_monotonic_ns));
+    const double t_s = exposed_s(estimate.valid_time_monotonic_ns);
     view.look_from(world_.view(camera_.calibration(), t_s));
   }
   ShapeErrorSettings settings;

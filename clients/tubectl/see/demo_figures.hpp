@@ -28,7 +28,7 @@ class DemoFigures {
   void take(const tubed_TubeHealth& health);
   void count_event(TubeEvent event) { ++events_[std::string(name_of(event))]; }
 
-  /// The true centreline at the instant of an estimate.
+  /// The true centreline when the image of an estimate was exposed, whatever its stamp says.
   [[nodiscard]] SampledCentreline truth_at(std::int64_t valid_time_monotonic_ns) const;
   /// The estimated one, every 1 mm; empty without a shape.
   static SampledCentreline centreline_of(const tubed_TubeEstimate& estimate);
@@ -46,6 +46,8 @@ class DemoFigures {
 
  private:
   void take_times(const TubeSample& sample);
+  /// The world's time at which the image with that stamp was exposed.
+  [[nodiscard]] double exposed_s(std::int64_t valid_time_monotonic_ns) const;
 
   SimulatedWorld world_;
   Camera camera_;

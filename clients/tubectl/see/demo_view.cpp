@@ -155,7 +155,8 @@ std::string draw_demo(const DemoFigures& figures, const DemoShapes& shapes, int 
   return text +
          "keys: \033[1ms\033[0m stall the image   \033[1mo\033[0m fluoroscopy off/on   \033[1mc\033[0m lose "
          "a coil/back   "
-         "\033[1mb\033[0m black image   \033[1mr\033[0m all well   \033[1mq\033[0m quit\033[K\033[J";
+         "\033[1mb\033[0m black image   \033[1mp\033[0m pan the table/back   \033[1mr\033[0m all well   "
+         "\033[1mq\033[0m quit\033[K\033[J";
 }
 
 }  // namespace tubed

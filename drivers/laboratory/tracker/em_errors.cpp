@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/tracker/em_noise.hpp"
+#include "drivers/laboratory/tracker/gaussian.hpp"
 
 namespace tubed {
 
@@ -19,17 +19,6 @@ constexpr std::int64_t kIndicatorStream = 4000;
 constexpr std::int64_t kDisplacementStream = 7101;
 constexpr std::int64_t kTurnStream = 7102;
 constexpr std::int64_t kFrozenDraw = -1;
-
-double gaussian(CounterRandom& random) {  // Box and Muller
-  const double radius = std::sqrt(-2 * std::log(1 - random.unit()));
-  return radius * std::cos(2 * std::numbers::pi * random.unit());
-}
-
-Eigen::Vector3d gaussian_vector(CounterRandom& random) {
-  const double x = gaussian(random);
-  const double y = gaussian(random);
-  return {x, y, gaussian(random)};
-}
 
 Eigen::Vector3d turned(const Eigen::Vector3d& tangent, const Eigen::Vector3d& rotation_rad) {
   const double angle = rotation_rad.norm();
@@ -53,56 +42,15 @@ EmErrors::EmErrors(EmErrorSettings settings, std::int64_t seed,
                    const Eigen::AlignedBox3d& working_volume_em_mm)
     : settings_(std::move(settings)),
       seed_(seed),
-      displacement_(draw_field(seed, kDisplacementStream, settings_.warp_mm, working_volume_em_mm)),
-      turn_(draw_field(seed, kTurnStream, settings_.warp_rad, working_volume_em_mm)) {}
-
-EmErrors::Field EmErrors::draw_field(std::int64_t seed, std::int64_t stream, double greatest,
-                                     const Eigen::AlignedBox3d& volume) {
-  constexpr int kWaves = 6;
-  constexpr double kShortest_mm = 350;
-  constexpr double kMax_mm = 900;
-  constexpr int kLooks = 16;  ///< an axis
-  Field field;
-  if (greatest == 0) {
-    return field;
-  }
-  CounterRandom random(seed, stream, 0);
-  for (int wave = 0; wave < kWaves; ++wave) {
-    const Eigen::Vector3d amplitude = gaussian_vector(random);
-    const Eigen::Vector3d direction = gaussian_vector(random).normalized();
-    // w(p) = sum_k a_k cos(k_k . p + phi_k): smooth and static, as eddy currents in fixed metal distort a
-    // field.
-    const double length_mm = kShortest_mm + (kMax_mm - kShortest_mm) * random.unit();
-    field.push_back(
-        {amplitude, 2 * std::numbers::pi / length_mm * direction, 2 * std::numbers::pi * random.unit()});
-  }
-  double found = 0;
-  for (int i = 0; i < kLooks * kLooks * kLooks; ++i) {
-    const Eigen::Array3d share(i % kLooks, i / kLooks % kLooks, i / kLooks / kLooks);
-    const Eigen::Vector3d p_mm =
-        volume.min().array() + volume.sizes().array() * share / static_cast<double>(kLooks - 1);
-    found = std::max(found, value_of(field, p_mm).norm());
-  }
-  for (Wave& wave : field) {
-    wave.amplitude *= greatest / found;
-  }
-  return field;
-}
-
-Eigen::Vector3d EmErrors::value_of(const Field& field, const Eigen::Vector3d& p_mm) noexcept {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Wave& wave : field) {
-    sum += wave.amplitude * std::cos(wave.wave_number_per_mm.dot(p_mm) + wave.phase_rad);
-  }
-  return sum;
-}
+      displacement_(seed, kDisplacementStream, settings_.warp_mm, working_volume_em_mm),
+      turn_(seed, kTurnStream, settings_.warp_rad, working_volume_em_mm) {}
 
 Eigen::Vector3d EmErrors::warp_mm(const Eigen::Vector3d& p_em_mm) const noexcept {
-  return value_of(displacement_, p_em_mm);
+  return displacement_.at(p_em_mm);
 }
 
 Eigen::Vector3d EmErrors::warp_rad(const Eigen::Vector3d& p_em_mm) const noexcept {
-  return value_of(turn_, p_em_mm);
+  return turn_.at(p_em_mm);
 }
 
 std::optional<double> EmErrors::stuck_since_s(int sensor, double t_s) const noexcept {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/interface/em_source.hpp"
+#include "drivers/laboratory/tracker/smooth_field.hpp"
 
 namespace tubed {
 
@@ -75,22 +76,10 @@ class EmErrors {
   [[nodiscard]] Eigen::Vector3d warp_rad(const Eigen::Vector3d& p_em_mm) const noexcept;
 
  private:
-  /// A smooth vector field: a few plane waves, longer than the catheter's gaps between coils.
-  struct Wave {
-    Eigen::Vector3d amplitude;
-    Eigen::Vector3d wave_number_per_mm;
-    double phase_rad;
-  };
-  using Field = std::vector<Wave>;
-
-  static Field draw_field(std::int64_t seed, std::int64_t stream, double greatest,
-                          const Eigen::AlignedBox3d& volume);
-  static Eigen::Vector3d value_of(const Field& field, const Eigen::Vector3d& p_mm) noexcept;
-
   EmErrorSettings settings_;
   std::int64_t seed_;
-  Field displacement_;
-  Field turn_;
+  SmoothField displacement_;
+  SmoothField turn_;
 };
 
 }  // namespace tubed

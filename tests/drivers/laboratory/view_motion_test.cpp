@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drivers/laboratory/fluoroscope_renderer.hpp"
+#include "drivers/laboratory/simulated_view.hpp"
 #include "tests/drivers/laboratory/simulated_room.hpp"
 
 namespace tubed {
@@ -56,6 +57,70 @@ TEST(ViewMotion, PanAndZoomAddUp) {
   const ViewGeometry end = moved_view(paper_camera(), motion, 9);
   EXPECT_NEAR(end.t_camera_world_mm[2], 1196, 1e-9);
   EXPECT_EQ(end.fy, 3000);
+}
+
+TEST(ViewMotion, SomebodyPansTurnsOrZoomsOnceAndItStays) {
+  ViewMotion motion = swinging();
+  motion.moves.clear();
+  motion.once = moves_of({.pan_mm = 5, .at_s = 30}, 1);
+  ASSERT_TRUE(motion.moves_at_all());
+  EXPECT_EQ(moved_view(paper_camera(), motion, 30), geometry_of(paper_camera()));
+  const auto shift_mm = [&](double t_s) {
+    return Eigen::Vector3d(moved_view(paper_camera(), motion, t_s).T_camera_world().translation() -
+                           paper_camera().T_camera_world.translation());
+  };
+  EXPECT_NEAR(shift_mm(30.25).norm(), 2.5, 1e-9) << "at 10 mm/s";
+  EXPECT_NEAR(shift_mm(1e5).norm(), 5, 1e-9) << "repeat_s is of other moves";
+  EXPECT_EQ(shift_mm(31).z(), 0) << "in the image's plane";
+  motion.once = moves_of({.turn_deg = -15, .zoom = 1.2, .at_s = 2}, 1);
+  EXPECT_NEAR(turn_deg(moved_view(paper_camera(), motion, 2.5)), 5, 1e-6);
+  EXPECT_NEAR(turn_deg(moved_view(paper_camera(), motion, 90)), 15, 1e-6);
+  EXPECT_EQ(moved_view(paper_camera(), motion, 90).fx, 2400);
+  EXPECT_TRUE(moves_of({}, 1).empty());
+}
+
+TEST(ViewMotion, TheSettingsMoveAViewHalfWayThroughOrWhenTheySay) {
+  const CameraCalibration camera = paper_camera();
+  const SimulatedWorld world(paper_room(), default_settings().with("pan_mm", 5.0));
+  EXPECT_EQ(world.view(camera, 30), geometry_of(camera));  // half way through, in the arch
+  EXPECT_NE(world.view(camera, 30.1), geometry_of(camera));
+  const SimulatedWorld early(paper_room(), default_settings().with("zoom", 1.5).with("move_at_s", 4.0));
+  EXPECT_EQ(early.view(camera, 5).fx, 3000);
+  EXPECT_TRUE(early.announced(camera, 5, 1, 1));
+}
+
+TEST(ViewMotion, ATableThatIsPannedOnRequestIsSeenFromThereAndGoesBack) {
+  const SimulatedWorld world(paper_room(), default_settings());
+  SimulatedView view(paper_camera(), world, 1, 1e6, nullptr, PanOnRequest::kYes);
+  const auto taken = [&](double pan_mm) {
+    std::vector<std::uint8_t> pixels(400 * 600);
+    view.pan_table(pan_mm);
+    view.render(world, 3, 1, pixels);
+    return pixels;
+  };
+  const std::vector<std::uint8_t> still = taken(0);
+  const std::vector<std::uint8_t> panned = taken(6);
+  EXPECT_EQ(taken(0), still);
+  // 6 mm at 1200 mm and 2000 px: 10 px to the right, where depth is that of the origin.
+  double same = 0;
+  double shifted = 0;
+  for (std::size_t y = 200; y < 400; ++y) {
+    for (std::size_t x = 100; x < 300; ++x) {
+      same += std::abs(panned[400 * y + x] - still[400 * y + x]);
+      shifted += std::abs(panned[400 * y + x] - still[400 * y + x - 10]);
+    }
+  }
+  EXPECT_LT(shifted, 0.5 * same);
+  EXPECT_FALSE(world.announced(paper_camera(), 3, 1, 1));
+}
+
+TEST(ViewMotion, WhatIsAnnouncedIsOffByAMistakenFocalLength) {
+  const auto settings =
+      default_settings().with("zoom", 1.5).with("move_at_s", 4.0).with("mistakes", "focal=1.25");
+  const SimulatedWorld world(paper_room(), settings);
+  const CameraCalibration camera = world.room().cameras.front();
+  EXPECT_NEAR(world.view(camera, 5).fx, 2000 / 1.25 * 1.5, 1e-9);
+  EXPECT_NEAR(world.announced(camera, 5, 1, 1)->fx, 2000 * 1.5, 1e-9);
 }
 
 TEST(ViewMotion, WhatIsAnnouncedErrsAsItSays) {

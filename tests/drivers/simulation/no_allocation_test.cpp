@@ -45,5 +45,14 @@ TEST(SimulationReads, AllocateNothingWhileTheViewMoves) {
                             .with("swing_every_s", 0.5));
 }
 
+TEST(SimulationReads, AllocateNothingInARoomWithMistakes) {
+  expect_no_allocations(default_settings()
+                            .with("em_rate_hz", 400.0)
+                            .with("frame_rate_hz", 100.0)
+                            .with("mistakes",
+                                  "registration=6,2 offsets=5 focal=1.08 clock=20 field-jump=4,0 polarity "
+                                  "mirrored coil-order coil-direction"));
+}
+
 }  // namespace
 }  // namespace tubed

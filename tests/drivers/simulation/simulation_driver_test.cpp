@@ -30,22 +30,26 @@ TEST(Faults, CommandsAreUnderstood) {
   EXPECT_TRUE(apply_fault("lose-coil 2\n", now, faults));
   EXPECT_TRUE(apply_fault("outlier 3 25", now, faults));
   EXPECT_TRUE(apply_fault("off", now, faults));
+  EXPECT_TRUE(apply_fault("pan -5", now, faults));
 
   EXPECT_EQ(faults.stalled_until, now + std::chrono::seconds(3));
   EXPECT_TRUE(faults.lost[1]);
   EXPECT_EQ(faults.outlier_mm[2], 25);
   EXPECT_TRUE(faults.fluoroscopy_off);
+  EXPECT_EQ(faults.pan_mm, -5);
   EXPECT_TRUE(apply_fault("restore-coil 2", now, faults));
   EXPECT_FALSE(faults.lost[1]);
   EXPECT_TRUE(apply_fault("clear", now, faults));
   EXPECT_FALSE(faults.fluoroscopy_off);
+  EXPECT_EQ(faults.pan_mm, 0);
   EXPECT_EQ(faults.stalled_until, MonotonicTime{});
 }
 
 TEST(Faults, NonsenseChangesNothing) {
   Faults faults;
-  for (const char* command : {"", "explode", "stall", "stall -1", "stall x", "stall nan", "lose-coil 0",
-                              "lose-coil 17", "lose-coil 1.5", "outlier 3", "outlier 3 inf"}) {
+  for (const char* command :
+       {"", "explode", "stall", "stall -1", "stall x", "stall nan", "lose-coil 0", "lose-coil 17",
+        "lose-coil 1.5", "outlier 3", "outlier 3 inf", "pan", "pan 201"}) {
     EXPECT_FALSE(apply_fault(command, from_ns(1), faults)) << command;
   }
   EXPECT_EQ(faults.stalled_until, MonotonicTime{});
@@ -110,6 +114,33 @@ TEST_F(SimulationDriver, ImagesOfAViewThatMovesSayHowItStood) {
   ASSERT_TRUE(silent->open().ok);
   ASSERT_EQ(read_until(*silent, image_, timeout()), ReadOutcome::kFrame);
   EXPECT_FALSE(image_.geometry);
+}
+
+TEST_F(SimulationDriver, AClockThatIsLateStampsLateAndDeliversNothingFromTheFuture) {
+  const SimulatedWorld world(room_, settings_);
+  const DriverSettings late = settings_.with("mistakes", "clock=30").with("lambda_mm", 0.0);
+  const auto camera = make_simulation_image_source(room_, late, 0);
+  ASSERT_TRUE(camera->open().ok);
+  ASSERT_EQ(read_until(*camera, image_, timeout()), ReadOutcome::kFrame);
+  const auto exposed = from_ns(10'000'000 * static_cast<std::int64_t>(image_.frame_number));
+  EXPECT_EQ(image_.exposure - exposed, std::chrono::milliseconds(30));
+  EXPECT_GE(image_.received, image_.exposure);
+
+  const DriverSettings early = settings_.with("mistakes", "clock=-30").with("lambda_mm", 0.0);
+  const auto tracker = make_simulation_em_source(room_, early);
+  ASSERT_TRUE(tracker->open().ok);
+  ASSERT_EQ(read_until(*tracker, em_, timeout()), ReadOutcome::kFrame);
+  const auto taken = from_ns(2'500'000 * static_cast<std::int64_t>(em_.tracker_frame));
+  EXPECT_EQ(em_.measured - taken, std::chrono::milliseconds(30));
+  EXPECT_GE(em_.received, em_.measured);
+  EXPECT_TRUE(em_.coils[2].p_em_mm.isApprox(world.point(0, world.seconds(taken), 170), 1e-9));
+}
+
+TEST_F(SimulationDriver, AMistakeThatIsNoneIsRefusedWhenTheSourceIsMade) {
+  EXPECT_THROW(make_simulation_em_source(room_, settings_.with("mistakes", "focal=9")),
+               std::invalid_argument);
+  EXPECT_THROW(make_simulation_image_source(room_, settings_.with("mistakes", "offset=6,5"), 0),
+               std::invalid_argument);
 }
 
 TEST_F(SimulationDriver, MeasurementsComeInOrderOnTheGrid) {

@@ -1,0 +1,259 @@
+// geometry_bench: does an estimate say so when room and description do not fit? Each mistake in simulated
+// runs with truth: how far off, how sure, and how soon it is said.
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/geometry/study.hpp"
+#include "bench/support/machine.hpp"
+#include "bench/support/report.hpp"
+#include "clients/evaluation/statistics.hpp"
+#include "idl/command_line/command_line.hpp"
+
+namespace tubed {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> presets{"clinical", "field", "paper"};
+  std::vector<int> seeds{51, 52, 53};
+  std::vector<std::string> mistakes{"none",      "registration=6,2", "offsets=5", "focal=1.08", "focal=0.95",
+                                    "clock=150", "field-jump=4",     "pan=5",     "turn=15"};
+  int every = 1;
+  int threads = 2;
+  std::string out = "geometry";
+};
+
+/// The runs of one preset and mistake over all seeds, pooled: a line of the table.
+struct Line {
+  std::size_t due = 0;
+  std::size_t valid = 0;
+  std::vector<double> rms_mm;  ///< of the instants with a shape in view
+  MisleadingCount of_valid;
+  MisleadingCount of_all;
+  SigmaCoverage coverage;
+  std::vector<std::optional<double>> first_s;  ///< one a seed
+  Reasons first_reasons;
+  std::size_t doubted = 0;
+  std::map<std::string, std::size_t> reasons;
+};
+
+void add(const MistakeRuns::Outcome& outcome, const Said& said, Line& line) {
+  line.due += outcome.instants.size();
+  for (const auto& instant : outcome.instants) line.valid += instant.validity == Validity::kValid ? 1 : 0;
+  const std::vector<double> rms_mm = outcome.in_view.values_mm(kMetrics[1]);
+  line.rms_mm.insert(line.rms_mm.end(), rms_mm.begin(), rms_mm.end());
+  const MisleadingCount all = total_of(outcome.in_view.misleading);
+  line.of_all.instants += all.instants;
+  line.of_all.misleading += all.misleading;
+  const auto valid = outcome.in_view.misleading.find(Validity::kValid);
+  if (valid != outcome.in_view.misleading.end()) {
+    line.of_valid.instants += valid->second.instants;
+    line.of_valid.misleading += valid->second.misleading;
+  }
+  line.coverage.coordinate_count += outcome.in_view.coverage.coordinate_count;
+  for (std::size_t k = 0; k < 3; ++k) line.coverage.within[k] += outcome.in_view.coverage.within[k];
+  line.first_s.push_back(said.first_s);
+  line.first_reasons.add(said.first_reasons);
+  line.doubted += said.instants;
+  for (const auto& [reason, count] : said.reasons) line.reasons[reason] += count;
+}
+
+double percent(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+std::string seconds_of(const std::vector<std::optional<double>>& first_s) {
+  std::string text;
+  for (const auto& first : first_s) {
+    std::array<char, 16> word{};
+    if (first) std::snprintf(word.data(), word.size(), "%.1f", *first);
+    text += (text.empty() ? "" : " ") + std::string(first ? word.data() : "-");
+  }
+  return text;
+}
+
+/// "IMAGE_LOST_TUBE 80 %, COIL_OUTLIER 20 %": at which share of the instants that are doubted.
+std::string reasons_of(const Line& line) {
+  std::vector<std::pair<std::size_t, std::string>> sorted;
+  for (const auto& [reason, count] : line.reasons) sorted.emplace_back(count, reason);
+  std::sort(sorted.rbegin(), sorted.rend());
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 3); ++i) {
+    std::array<char, 64> word{};
+    std::snprintf(word.data(), word.size(), "%s %.0f %%", sorted[i].second.c_str(),
+                  percent(sorted[i].first, line.doubted));
+    text += (text.empty() ? "" : ", ") + std::string(word.data());
+  }
+  return text.empty() ? "-" : text;
+}
+
+constexpr const char* kHeading =
+    "preset    mistake           in view  VALID %  RMS mm    p95  misleading %: VALID    all  within 1/2/3 "
+    "sigma  "
+    "first said, s, each seed  reasons of those instants";
+
+std::string text_of(const std::string& preset, const std::string& mistake, const Line& line) {
+  std::array<char, 512> text{};
+  const bool any = !line.rms_mm.empty();
+  const bool covered = line.coverage.coordinate_count > 0;
+  const auto share = [&](std::size_t k) { return covered ? 100 * line.coverage.share(k) : 0; };
+  std::snprintf(text.data(), text.size(),
+                "%-9s %-17s %7zu  %7.1f  %6.2f %6.2f  %19.2f %6.2f  %5.1f %5.1f %5.1f   %-24s  %s",
+                preset.c_str(), mistake.c_str(), line.rms_mm.size(), percent(line.valid, line.due),
+                any ? percentile(line.rms_mm, 50) : 0, any ? percentile(line.rms_mm, 95) : 0,
+                percent(line.of_valid.misleading, line.of_valid.instants),
+                percent(line.of_all.misleading, line.of_all.instants), share(1), share(2), share(3),
+                seconds_of(line.first_s).c_str(), reasons_of(line).c_str());
+  return text.data();
+}
+
+nlohmann::json json_of(const std::string& preset, const std::string& mistake, const Line& line) {
+  nlohmann::json first_s = nlohmann::json::array();
+  for (const auto& first : line.first_s) {
+    first_s.push_back(first ? nlohmann::json(*first) : nlohmann::json(nullptr));
+  }
+  nlohmann::json row{{"name", "geometry/" + preset + "/" + mistake},
+                     {"unit", "mm"},
+                     {"n", line.rms_mm.size()},
+                     {"due", line.due},
+                     {"valid", line.valid},
+                     {"valid_in_view", line.of_valid.instants},
+                     {"misleading_valid", line.of_valid.misleading},
+                     {"judged", line.of_all.instants},
+                     {"misleading", line.of_all.misleading},
+                     {"first_said_s", first_s},
+                     {"first_reasons", names_of(line.first_reasons)},
+                     {"doubted", line.doubted},
+                     {"reasons", line.reasons},
+                     {"p50", nullptr},
+                     {"p95", nullptr},
+                     {"within_sigma", nullptr}};
+  if (!line.rms_mm.empty()) {
+    row["p50"] = percentile(line.rms_mm, 50);
+    row["p95"] = percentile(line.rms_mm, 95);
+  }
+  if (line.coverage.coordinate_count > 0) {
+    row["within_sigma"] = {line.coverage.share(1), line.coverage.share(2), line.coverage.share(3)};
+  }
+  return row;
+}
+
+/// All runs of one preset and seed, in the order of the mistakes; the one without comes first of all.
+struct Task {
+  std::string preset;
+  int seed;
+  std::vector<MistakeRuns::Outcome> outcomes;
+  std::vector<Said> said;
+};
+
+void work(const Arguments& arguments, Task& task) {
+  MistakeRuns runs(task.preset, task.seed, arguments.every, arguments.out);
+  const MistakeRuns::Outcome without = runs.judge("none");
+  for (const std::string& mistake : arguments.mistakes) {
+    task.outcomes.push_back(mistake == "none" ? without : runs.judge(mistake));
+    task.said.push_back(said_of(task.outcomes.back(), without));
+    std::cerr << task.preset + " " + std::to_string(task.seed) + ": " + mistake + "\n";
+  }
+}
+
+/// Throws what the first of them throws.
+void work_all(const Arguments& arguments, std::vector<Task>& tasks) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr problem;
+  std::mutex mutex;
+  const auto take_tasks = [&] {
+    for (std::size_t i = next++; i < tasks.size(); i = next++) {
+      try {
+        work(arguments, tasks[i]);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        problem = problem ? problem : std::current_exception();
+        next = tasks.size();
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < arguments.threads; ++i) threads.emplace_back(take_tasks);
+  }
+  if (problem) std::rethrow_exception(problem);
+}
+
+void run(const Arguments& arguments, const std::string& command) {
+  for (const std::string& mistake : arguments.mistakes) {
+    for (const std::string& preset : arguments.presets) {
+      (void)scenario_of(
+          run_with(mistake, preset, arguments.seeds.front()));  // wrong words are refused at once
+    }
+  }
+  std::vector<Task> tasks;
+  for (const std::string& preset : arguments.presets) {
+    for (const int seed : arguments.seeds) tasks.push_back({preset, seed, {}, {}});
+  }
+  work_all(arguments, tasks);
+  nlohmann::json rows = nlohmann::json::array();
+  std::cout << kHeading << '\n';
+  for (const std::string& preset : arguments.presets) {
+    for (std::size_t i = 0; i < arguments.mistakes.size(); ++i) {
+      Line line;
+      for (const Task& task : tasks) {
+        if (task.preset == preset) add(task.outcomes[i], task.said[i], line);
+      }
+      std::cout << text_of(preset, arguments.mistakes[i], line) << '\n';
+      rows.push_back(json_of(preset, arguments.mistakes[i], line));
+    }
+  }
+  const Machine machine = this_machine();
+  const nlohmann::json report{
+      {"git", source_revision()},
+      {"machine", {{"cpu", machine.cpu}, {"cores", machine.cores}, {"load", machine.load}}},
+      {"command", command},
+      {"rows", rows}};
+  const std::string json = arguments.out + "/geometry.json";
+  write_text(json, report.dump(1) + "\n");
+  std::cout
+      << "misleading: a point in view off by more than 3 mm and by more than 3 sigma of that direction\n"
+      << "wrote " << json << '\n';
+}
+
+}  // namespace
+}  // namespace tubed
+
+int main(int argc, char** argv) {
+  using namespace tubed;
+  Program program("Does an estimate say so when the room is not as it is described?", "geometry_bench");
+  CommandLine app = program.command_line();
+  Arguments arguments;
+  app.add_option("--presets", arguments.presets, "those of `tubectl simulate`")
+      .delimiter(',')
+      .capture_default_str();
+  app.add_option("--seeds", arguments.seeds, "one run each").delimiter(',').capture_default_str();
+  app.add_option(
+         "--mistakes", arguments.mistakes,
+         "words: none, those of `tubectl simulate --mistake`, pan=MM, turn=DEG, zoom=FACTOR (unannounced)")
+      .capture_default_str();
+  app.add_option("--every", arguments.every, "only every so many-th exposure")
+      .in_range(1, 1000)
+      .capture_default_str();
+  app.add_option("--threads", arguments.threads, "runs at a time").in_range(1, 64).capture_default_str();
+  app.add_option("--out", arguments.out,
+                 "folder for sequences and geometry.json; sequences that are there are used again")
+      .capture_default_str();
+  if (const auto ended = program.parse(argc, argv)) return *ended;
+  try {
+    run(arguments, command_line("geometry", argc, argv));
+  } catch (const std::exception& error) {
+    std::cerr << "geometry_bench: " << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}
