@@ -130,6 +130,7 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
   const auto history = std::make_unique<EmHistory>();
   auto next_em = sequence.measurements.begin();
   MonotonicTime newest_image{};
+  MonotonicTime newest_left_out{};
   ImageTimeout timeout;
   for (const SequenceInstant& instant : instants_of(sequence)) {
     for (; next_em != sequence.measurements.end() && next_em->t_s <= instant.t_s; ++next_em) {
@@ -155,12 +156,13 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
         observation.geometry_changed = observation.geometry_changed || bench.has_moved;
         observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;
         observation.image_rejected = bench.measurement.state == ImageState::kRejected;
-        newest_image = bench.measurement.state == ImageState::kMeasured && !bench.has_moved
-                           ? observation.instant
-                           : newest_image;
+        if (bench.measurement.state == ImageState::kMeasured) {
+          (bench.has_moved ? newest_left_out : newest_image) = observation.instant;
+        }
       }
     }
     observation.newest_image = newest_image;
+    observation.newest_left_out = newest_left_out;
     timeout.saw_instant(observation.instant);
     observation.image_timeout = timeout.timeout(max_image_timeout);
     next_images.begin(observation);

@@ -35,6 +35,8 @@ struct Observation {
   bool image_rejected = false;   ///< the newest image was refused
   /// A camera is not, or may not be, where its pose says; its images are left out.
   bool geometry_changed = false;
+  /// Exposure of the newest of those that were left out for it; zero = never.
+  MonotonicTime newest_left_out{};
 };
 
 /// What an estimator is going to read of the next image.

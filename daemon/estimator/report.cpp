@@ -58,8 +58,8 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
   if (observation.image_rejected) {
     estimate.reasons.add(Reason::kImageRejected);
     doubtful = true;
-  } else if (!observation.geometry_changed &&
-             observation.now - observation.newest_image > observation.image_timeout) {
+  } else if (observation.now - std::max(observation.newest_image, observation.newest_left_out) >
+             observation.image_timeout) {
     estimate.reasons.add(Reason::kImageStale);
     doubtful = true;
   }

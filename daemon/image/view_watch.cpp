@@ -203,8 +203,14 @@ ViewState ViewWatch::state_after(const GalleryMatch& gallery, MonotonicTime expo
   return is_learning(exposure) ? ViewState::kUnjudged : ViewState::kStill;
 }
 
+// The noise of an exposure never comes back: a picture that is equal to a key to the last bit was shown again
+// (a recording that begins anew), and that it fits says nothing of a background.
+bool ViewWatch::is_shown_again() const {
+  return !keys_.empty() && (keys_[best_key_].texture() == picture_.texture).all();
+}
+
 void ViewWatch::learn(double share, MonotonicTime exposure) {
-  has_come_back_ = has_come_back_ || share > kKnown;
+  has_come_back_ = has_come_back_ || (share > kKnown && !is_shown_again());
   if (share >= kKnown) {
     admit_or_forget_newcomers(share, exposure);
     return;

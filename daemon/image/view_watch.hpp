@@ -96,6 +96,7 @@ class ViewWatch {
   [[nodiscard]] bool is_learning(MonotonicTime exposure) const;
   [[nodiscard]] UnjudgedView why_unjudged(const GalleryMatch& gallery, MonotonicTime exposure) const;
   ViewState state_after(const GalleryMatch& gallery, MonotonicTime exposure);
+  [[nodiscard]] bool is_shown_again() const;
   void learn(double share, MonotonicTime exposure);
   void admit_or_forget_newcomers(double share, MonotonicTime exposure);
   void add_newcomer(MonotonicTime exposure);

@@ -106,8 +106,8 @@ void OptimizerStage::take_images(MonotonicTime now) noexcept {
     state.newest = image.exposure;
     state.state = image.state;
     state.seen_any = true;
-    if (image.state == ImageState::kMeasured && !state.is_moved) {
-      state.newest_measured = image.exposure;
+    if (image.state == ImageState::kMeasured) {
+      (state.is_moved ? state.newest_left_out : state.newest_measured) = image.exposure;
     }
   }
 }
@@ -164,6 +164,7 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
       }
     }
     observation.newest_image = std::max(observation.newest_image, state.newest_measured);
+    observation.newest_left_out = std::max(observation.newest_left_out, state.newest_left_out);
     if (state.seen_any && state.newest >= newest) {
       newest = state.newest;
       observation.fluoroscopy_off = state.state == ImageState::kOff;

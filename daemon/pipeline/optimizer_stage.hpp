@@ -46,6 +46,7 @@ class OptimizerStage final : public Stage {
     MonotonicTime announced{};        ///< exposure of the newest grabbed image
     MonotonicTime newest{};           ///< exposure of the newest measured or refused one, or off instant
     MonotonicTime newest_measured{};  ///< exposure of the newest with pixels that may be used
+    MonotonicTime newest_left_out{};  ///< exposure of the newest that was left out because the view moved
     bool is_moved = false;            ///< the camera is not, or may not be, where its pose says
     ImageState state = ImageState::kMeasured;
     bool seen_any = false;

@@ -64,5 +64,27 @@ TEST(StaleMeasurements, AreThoseBeforeAnImageOfAnInterruptionThatIsOver) {
 
 TEST(StaleMeasurements, AreNoneAtAll) { EXPECT_TRUE(Measured().is_stale_at(kStart)); }
 
+/// Of images the newest of which was used, or left out because the view has moved, that long ago.
+bool is_image_stale(milliseconds used_ago, milliseconds left_out_ago, bool geometry_changed) {
+  const auto history = std::make_unique<EmHistory>();
+  const auto estimate = std::make_unique<TubeEstimate>();
+  Observation observation;
+  observation.em = history.get();
+  observation.now = observation.instant = kStart + std::chrono::seconds(10);
+  observation.newest_image = observation.now - used_ago;
+  observation.newest_left_out = observation.now - left_out_ago;
+  observation.geometry_changed = geometry_changed;
+  observation.image_timeout = milliseconds(150);
+  judge(observation, CoilObservations{}, {.uses_images = true}, *estimate);
+  return estimate->reasons.has(Reason::kImageStale);
+}
+
+TEST(StaleImages, AreToldAlsoWhileImagesWouldBeLeftOut) {
+  EXPECT_FALSE(is_image_stale(milliseconds(20), milliseconds(9000), false));
+  EXPECT_FALSE(is_image_stale(milliseconds(9000), milliseconds(20), true)) << "they come and are left out";
+  EXPECT_TRUE(is_image_stale(milliseconds(9000), milliseconds(300), true)) << "the grabber is gone";
+  EXPECT_TRUE(is_image_stale(milliseconds(300), milliseconds(9000), false));
+}
+
 }  // namespace
 }  // namespace tubed

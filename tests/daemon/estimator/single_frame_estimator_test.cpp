@@ -223,6 +223,7 @@ TEST(SingleFrameEstimator, AViewThatMovedIsAReasonForDoubtAndNoStaleImage) {
   observation.instant = observation.now = bench.t0 + milliseconds(10);
   observation.is_image_instant = true;
   observation.geometry_changed = true;
+  observation.newest_left_out = observation.instant;
   observation.em = bench.history.get();
   bench.estimator->estimate(observation, *bench.estimate);
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));

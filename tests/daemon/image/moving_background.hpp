@@ -54,7 +54,8 @@ struct Shot {
   double zoom = 1;
   double breath_mm = 0;  ///< the lower half goes down by so much, the upper not at all
   double gain = 1;
-  int blade_px = 0;  ///< behind it everything is 3
+  int blade_px = 0;         ///< behind it everything is 3
+  unsigned noise_seed = 0;  ///< not 0: the noise of this exposure, which comes again with this number
 };
 
 /// A fluoroscope at 15 images a second.
@@ -69,6 +70,7 @@ class Fluoroscope {
 
   const ImageFrame& take(const Shot& shot) {
     std::normal_distribution<double> noise(0, 2);
+    if (shot.noise_seed != 0) random_.seed(shot.noise_seed);
     for (int y = 0; y < kSide; ++y) {
       for (int x = 0; x < kSide; ++x) {
         const double lower = std::clamp((y - kSide / 2.0) / (kSide / 4.0), 0.0, 1.0);

@@ -44,6 +44,19 @@ TEST_F(ViewWatchTest, APanIsSuspectAtTheFirstImageAndMovedAtTheThird) {
   EXPECT_LT(watch_.newest().still_share, 0.35);
 }
 
+// A recording of a bench without a patient that begins anew, and goes on with other pictures.
+TEST(ViewWatchOfNoise, PicturesThatAreShownAgainAreNoBackground) {
+  Fluoroscope fluoroscope;
+  ViewWatch watch(kSide, kSide, kMmPerPx);
+  for (const unsigned first : {1U, 1U, 1U, 500U}) {
+    for (unsigned i = 0; i < 60; ++i) {
+      const ViewVerdict& verdict = watch.observe(fluoroscope.take({.gain = 0, .noise_seed = first + i}));
+      ASSERT_EQ(verdict.state, ViewState::kUnjudged) << first << " " << i << ", S " << verdict.still_share;
+    }
+  }
+  EXPECT_EQ(watch.newest().why, UnjudgedView::kNoBackground);
+}
+
 TEST_F(ViewWatchTest, AZoomOfFivePercentIsNoticedAtTheFirstImage) {
   EXPECT_EQ(look({.zoom = 1.05}).state, ViewState::kSuspect);
 }

@@ -263,6 +263,7 @@ TEST(OptimizerStage, AnImageThatIsLeftOutIsNotTheNewestThatWasUsed) {
   bench.measure(0, bench.clock.now());
   bench.stage->step(bench.clock);
   EXPECT_EQ(bench.asked[0].back().newest_image, used);
+  EXPECT_EQ(bench.asked[0].back().newest_left_out, used + milliseconds(33));
   bench.clock.advance(milliseconds(60));
   bench.stage->step(bench.clock);
   EXPECT_TRUE(bench.asked[0].back().geometry_changed) << "between images too";
