@@ -34,7 +34,7 @@ BackgroundMotionFinder::BackgroundMotionFinder(Eigen::Index rows, Eigen::Index c
   matches_.reserve(static_cast<std::size_t>((rows / 2 / kStep + 1) * (columns / 2 / kStep + 1)));
 }
 
-BackgroundMotion BackgroundMotionFinder::find(const PixelGrid& before, const PixelGrid& now,
+BackgroundMotion BackgroundMotionFinder::find(const TextureGrid& before, const TextureGrid& now,
                                               double mm_per_px) {
   halve(before, before_);
   halve(now, now_);
@@ -59,10 +59,11 @@ BackgroundMotion BackgroundMotionFinder::find(const PixelGrid& before, const Pix
   return motion;
 }
 
-void BackgroundMotionFinder::halve(const PixelGrid& from, PixelGrid& to) {
+void BackgroundMotionFinder::halve(const TextureGrid& from, PixelGrid& to) {
+  constexpr float kShare = 1.0F / (4 * kTextureUnit);
   for (Eigen::Index row = 0; row < to.rows(); ++row) {
     for (Eigen::Index column = 0; column < to.cols(); ++column) {
-      to(row, column) = from.block<2, 2>(2 * row, 2 * column).sum() / 4;
+      to(row, column) = kShare * static_cast<float>(from.block<2, 2>(2 * row, 2 * column).cast<int>().sum());
     }
   }
 }

@@ -31,7 +31,7 @@ class BackgroundMotionFinder {
 
   /// Textures of two pictures; 0 where they are not open. `mm_per_px`: of a reduced pixel, where the patient
   /// is. Shifts beyond 24 halved pixels, about 60 mm, are not found. Never allocates.
-  BackgroundMotion find(const PixelGrid& before, const PixelGrid& now, double mm_per_px);
+  BackgroundMotion find(const TextureGrid& before, const TextureGrid& now, double mm_per_px);
 
  private:
   /// A part of the older picture and where it lies now, in halved pixels from the middle of the picture.
@@ -45,7 +45,7 @@ class BackgroundMotionFinder {
     double magnification = 1;
   };
 
-  static void halve(const PixelGrid& from, PixelGrid& to);
+  static void halve(const TextureGrid& from, PixelGrid& to);
   void sum_squares();
   [[nodiscard]] float energy_of_now(Eigen::Index row, Eigen::Index column) const;
   void match_all();

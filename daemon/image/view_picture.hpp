@@ -6,35 +6,26 @@
 #include <cstdint>
 #include <vector>
 
+#include "daemon/image/blade_finder.hpp"
+#include "daemon/image/box_blur.hpp"
 #include "drivers/interface/image_source.hpp"
 
 namespace tubed {
 
-/// Rows are image rows, so that a row is contiguous.
-using PixelGrid = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+/// Texture in units of 1 / kTextureUnit of its local standard deviation: sums of products of whole numbers
+/// are the same on every machine, and cheap.
+using TextureGrid = Eigen::Array<std::int16_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+constexpr int kTextureUnit = 512;
+constexpr int kMaxTexture = 3;  ///< standard deviations: texture is clipped there
 
 /// The reduced texture of one exposure: local contrast in units of its own local standard deviation, clipped
 /// at +-3; 0 where nothing is open.
 struct ViewPicture {
-  PixelGrid texture;
-  PixelGrid open;  ///< 1 inside the collimator's opening, 0 behind a blade
+  TextureGrid texture;
+  OpenGrid open;  ///< 1 inside the collimator's opening, 0 behind a blade
 
   /// Share of the picture that is open, 0 .. 1.
-  [[nodiscard]] float open_share() const { return open.size() == 0 ? 0 : open.mean(); }
-};
-
-/// Sums over a square window, three times one after another: nearly a Gaussian of standard deviation
-/// `sigma_px`. Outside the grid is 0. Memory is taken in the constructor.
-class BoxBlur {
- public:
-  BoxBlur(Eigen::Index rows, Eigen::Index columns, double sigma_px);
-  /// Blurs in place; the sum of all weights is 1.
-  void apply(PixelGrid& values);
-
- private:
-  int radius_;
-  PixelGrid between_;
-  std::vector<float> sums_;
+  [[nodiscard]] float open_share() const;
 };
 
 /// Makes ViewPictures of one camera's exposures. One thread; memory is taken in the constructor.
@@ -58,25 +49,24 @@ class ViewReducer {
  private:
   template <typename Pixel>
   void average(const Pixel* pixels, float scale);
-  void find_blades(PixelGrid& open);
-  void measure_spread();
-  void shut_from(Eigen::Index row, Eigen::Index column, PixelGrid& open);
-  void high_pass(ViewPicture& picture);
-  void normalise(PixelGrid& values, const PixelGrid& weights) const;
+  void weigh(const OpenGrid& open);
+  void smooth(const PixelGrid& from, PixelGrid& to);
+  void high_pass();
+  void write_texture(TextureGrid& texture);
 
   int width_;
   int factor_;
-  PixelGrid mean_;    ///< grey, 0 .. 255
-  PixelGrid spread_;  ///< greatest minus least grey of 3 x 3 reduced pixels
-  PixelGrid smooth_;
-  PixelGrid large_;
-  PixelGrid weights_small_, weights_large_, weights_spread_;
-  PixelGrid last_open_;
+  PixelGrid mean_;              ///< grey, 0 .. 255; 0 where nothing is open
+  PixelGrid contrast_, large_;  ///< of high_pass()
+  PixelGrid open_;              ///< 0, 1
+  /// open_ over what of a window is open: normalised convolution, G * (open f) / G * open.
+  PixelGrid over_small_, over_large_, over_spread_;
+  OpenGrid weighed_;  ///< what open_ and the weights are of
+  BladeFinder blades_;
   BoxBlur large_blur_;
   BoxBlur spread_blur_;
-  float flat_spread_ = 0;  ///< grey levels: less is flat
-  std::vector<float> some_spreads_;
-  std::vector<std::int32_t> queue_;
+  std::vector<std::uint32_t> column_sums_;             ///< of some rows of full pixels
+  Eigen::Array<float, 1, Eigen::Dynamic> three_rows_;  ///< of smooth()
 };
 
 }  // namespace tubed

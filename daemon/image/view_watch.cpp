@@ -60,7 +60,9 @@ ViewWatch::ViewWatch(int width, int height, double mm_per_px, double white_level
       is_white_known_(white_level > 0),
       white_level_(is_white_known_ ? static_cast<float>(white_level) : 255),
       picture_(reducer_.picture()),
+      last_picture_(picture_),
       blocks_(reducer_.rows(), reducer_.columns()),
+      last_blocks_(blocks_),
       motion_finder_(reducer_.rows(), reducer_.columns()),
       last_(reducer_.rows(), reducer_.columns()) {
   keys_.reserve(kMaxKeys);
@@ -116,7 +118,8 @@ const ViewVerdict& ViewWatch::observe(const ImageFrame& frame) {
   const float open_share = picture_.open_share();
   blades_move_ = has_last_ && std::abs(open_share - last_open_share_) > kMaxOpenChange;
   const GalleryMatch gallery = match();
-  verdict_.jump_share = jump_from_last(exposure);
+  // To what a key knows it may jump: a breath of which images were left out.
+  verdict_.jump_share = gallery.share >= kKnown ? 1 : jump_from_last(exposure);
   verdict_.still_share = gallery.share;
   verdict_.exposure = exposure;
   verdict_.why = why_unjudged(gallery, exposure);
@@ -131,7 +134,8 @@ const ViewVerdict& ViewWatch::observe(const ImageFrame& frame) {
   }
   // What moved has moved, also behind blades, and what may have moved still may.
   verdict_.state = can_judge || is_doubted() ? judged_ : ViewState::kUnjudged;
-  last_.take(picture_, blocks_);
+  std::swap(last_picture_, picture_);
+  std::swap(last_blocks_, blocks_);
   last_exposure_ = exposure;
   last_open_share_ = open_share;
   has_last_ = true;
@@ -153,8 +157,9 @@ ViewWatch::GalleryMatch ViewWatch::match() {
   return best;
 }
 
-double ViewWatch::jump_from_last(MonotonicTime exposure) const {
+double ViewWatch::jump_from_last(MonotonicTime exposure) {
   if (!has_last_ || exposure - last_exposure_ > kMaxJumpInterval) return 1;
+  last_.take(last_picture_, last_blocks_);
   const StillBlocks still = last_.compare(blocks_, mm_per_reduced_px_);
   return 2 * still.compared < still.of_key ? 1 : still.share();
 }
@@ -233,7 +238,7 @@ void ViewWatch::admit_or_forget_newcomers(double share, MonotonicTime exposure) 
 }
 
 void ViewWatch::add_newcomer(MonotonicTime exposure) {
-  for (const Newcomer& newcomer : newcomers_) {
+  for (Newcomer& newcomer : newcomers_) {
     if (newcomer.is_used && newcomer.key.compare(blocks_, mm_per_reduced_px_).share() >= kKnown) return;
   }
   const auto place =

@@ -34,7 +34,9 @@ struct ViewVerdict {
   ViewState state = ViewState::kUnjudged;
   UnjudgedView why = UnjudgedView::kLearning;
   double still_share = 0;  ///< of the blocks, against the key that fits best, 0 .. 1
-  double jump_share = 1;   ///< the same against the image before; 1 when there is none within 150 ms
+  /// The same against the image before. 1 when there is none within 150 ms, and when a key knows the image:
+  /// then it is not asked.
+  double jump_share = 1;
   /// What kind of move it was, looked at once, when the state became kMoved.
   BackgroundMotion motion;
   MonotonicTime exposure{};
@@ -89,7 +91,7 @@ class ViewWatch {
 
   [[nodiscard]] float white_level_of(const ImageFrame& frame);
   [[nodiscard]] GalleryMatch match();
-  [[nodiscard]] double jump_from_last(MonotonicTime exposure) const;
+  [[nodiscard]] double jump_from_last(MonotonicTime exposure);
   [[nodiscard]] bool is_doubted() const;
   [[nodiscard]] bool is_learning(MonotonicTime exposure) const;
   [[nodiscard]] UnjudgedView why_unjudged(const GalleryMatch& gallery, MonotonicTime exposure) const;
@@ -105,10 +107,10 @@ class ViewWatch {
   Eigen::Vector3d looked_at_world_mm_{0, 0, 0};
   bool is_white_known_;
   float white_level_;  ///< grey value
-  ViewPicture picture_;
-  ViewBlocks blocks_;
+  ViewPicture picture_, last_picture_;
+  ViewBlocks blocks_, last_blocks_;
   BackgroundMotionFinder motion_finder_;
-  ViewKey last_;
+  ViewKey last_;                ///< of last_picture_, once it is asked
   std::vector<ViewKey> keys_;   ///< those in use
   std::vector<ViewKey> spare_;  ///< memory for the others
   std::vector<Newcomer> newcomers_;
