@@ -3,12 +3,16 @@ import signal
 import time
 
 import bed as beds
+import radiographs
 import sequences
-from bed import check, check_timing, is_fused, is_valid, need_real_time, rate_hz, reasons_of, say
+from bed import check, check_timing, is_fused, is_valid, milliseconds, need_real_time, rate_hz, reasons_of, say
 from shared_memory import Grabber, configuration_of
 
 SECONDS = 3
 LEARNING_S = 12  # until a view is known well enough for a move of 5 mm
+PANNED_AFTER_S = 10  # the background is learnt in six
+PANNED_PX = 8
+PANNED_MM = PANNED_PX * radiographs.MM_PER_PX  # 4.8
 LOOKS_PAST_MM = 80  # a camera that is believed to be so far beside where it is does not find the tube
 
 
@@ -124,7 +128,57 @@ def a_geometry_comes_through_shared_memory(bed):
     check(share_fused(samples) > 0.5, "the geometry that came with the images is not used")
 
 
+def is_geometry_changed(sample):
+    return "GEOMETRY_CHANGED" in sample.get("reason_names", "")
+
+
+def watched_pan(bed, aside_px_at, told_within_s):
+    """A daemon that plays a chest that is panned without a word after PANNED_AFTER_S: what it says, and that the right pose ends it."""
+    need_real_time()
+    text = configuration_of(bed, radiographs.write_panned_sequence(bed, PANNED_AFTER_S + 16, aside_px_at), "replay")
+    start_ns = time.monotonic_ns() + 4_000_000_000
+    text = text.replace("[replay]", f"[replay]\nstart_monotonic_ns = {start_ns}")
+    status = bed.subscribe("--topic", "status")
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(text)
+    panned_ns = start_ns + PANNED_AFTER_S * 1_000_000_000
+    first = subscriber.wait_for(is_geometry_changed, "GEOMETRY_CHANGED", PANNED_AFTER_S + 4 + told_within_s + 3).json
+    before = [sample for sample in subscriber.samples() if start_ns + 2e9 < sample["valid_time_monotonic_ns"] < panned_ns]
+    say(f"before the pan {100 * share_fused(before):.0f} % of {len(before)} with an image; told {milliseconds(first['valid_time_monotonic_ns'] - panned_ns):.0f} "
+        f"ms after its first image as {first['validity_name']}")
+    check(share_fused(before) > 0.4, "the images are not used before the pan: the test proves nothing")
+    check(0 <= first["valid_time_monotonic_ns"] - panned_ns < told_within_s * 1e9, "told too early or too late")
+    status.wait_for(lambda s: any("the view has moved (" in stage["why"] for stage in s.get("stages", [])), "words in TubeStatus", 5)
+    from_ns = time.monotonic_ns()
+    time.sleep(2)
+    meanwhile = subscriber.samples(from_ns)
+    check(meanwhile and not any(sample["has_image"] for sample in meanwhile), "images of a view that has moved are used")
+    check(all(sample["validity_name"] == "QUESTIONABLE" and is_geometry_changed(sample) for sample in meanwhile),
+          f"not QUESTIONABLE for GEOMETRY_CHANGED: {set((s['validity_name'], s['reason_names']) for s in meanwhile)}")
+    check_timing(28 <= rate_hz(meanwhile) <= 32, f"{rate_hz(meanwhile):.1f} Hz")
+    check("the view has moved (" in daemon.words(), f"the log says nothing of it:\n{daemon.words()}")
+    bed.write("tubed-1.toml", moved(text, PANNED_MM))
+    asked_ns = daemon.signal(signal.SIGHUP)
+    subscriber.wait_for(is_fused, "VALID shape with an image after the right pose", 5, asked_ns)
+    right_ns = time.monotonic_ns()
+    time.sleep(2)
+    after = subscriber.samples(right_ns)
+    say(f"with the right pose {100 * share_fused(after):.0f} % of {len(after)} with an image")
+    check(share_fused(after) > 0.4 and not any(map(is_geometry_changed, after)), "the right pose does not end it")
+
+
+def a_table_that_is_panned_without_a_word_is_told_at_once_until_the_pose_is_right(bed):
+    watched_pan(bed, lambda t_s: PANNED_PX if t_s >= PANNED_AFTER_S else 0, told_within_s=0.3)
+
+
+def a_table_that_is_panned_slowly_is_told_before_it_has_gone_5_mm(bed):
+    # A pixel every 0.4 s: 1.5 mm/s.
+    watched_pan(bed, lambda t_s: min(PANNED_PX, max(0, int((t_s - PANNED_AFTER_S) / 0.4) + 1)), told_within_s=3.2)
+
+
 if __name__ == "__main__":
-    beds.main(a_swinging_view_that_says_how_it_stands_keeps_its_images,
-              a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back, a_corrected_pose_is_taken_by_a_reload,
-              a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on, a_geometry_comes_through_shared_memory)
+    beds.main(a_swinging_view_that_says_how_it_stands_keeps_its_images, a_corrected_pose_is_taken_by_a_reload,
+              a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on, a_geometry_comes_through_shared_memory,
+              a_table_that_is_panned_without_a_word_is_told_at_once_until_the_pose_is_right,
+              a_table_that_is_panned_slowly_is_told_before_it_has_gone_5_mm,
+              a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back)

@@ -25,7 +25,7 @@ def _point(s_mm, t_s):
     return point, tuple(-c for c in (dx * math.cos(lean), dy, dx * math.sin(lean)))
 
 
-def _png(pixels, width, height):
+def png(pixels, width, height):
     """An 8-bit grey PNG."""
     def chunk(kind, payload):
         body = kind + payload
@@ -44,15 +44,23 @@ def _image(t_s, noise, width, height):
     bright = bytes(round(BACKGROUND + level) for level in levels)
     dark = bytes(round(CATHETER + level) for level in levels)
     pixels = bytearray(draws.translate(bright))
+    for place in catheter_pixels(t_s, width, height):
+        pixels[place] = dark[draws[place]]
+    return png(pixels, width, height)
+
+
+def catheter_pixels(t_s, width, height, aside_px=0):
+    """Places of the pixels that show the catheter, row by row; everything is seen so far aside."""
+    places = set()
     for step in range(int(LENGTH_MM * 2) + 1):
         (x, y, z), _ = _point(step / 2, t_s)
         scale = FOCAL_PX / (DEPTH_MM + z)
-        column, row, radius = width / 2 + x * scale, height / 2 + y * scale, DIAMETER_MM / 2 * scale
+        column, row, radius = width / 2 + x * scale + aside_px, height / 2 + y * scale, DIAMETER_MM / 2 * scale
         for v in range(max(0, math.ceil(row - radius)), min(height, math.floor(row + radius) + 1)):
             for u in range(max(0, math.ceil(column - radius)), min(width, math.floor(column + radius) + 1)):
                 if (u - column) ** 2 + (v - row) ** 2 <= radius ** 2:
-                    pixels[v * width + u] = dark[draws[v * width + u]]
-    return _png(pixels, width, height)
+                    places.add(v * width + u)
+    return places
 
 
 def _coil_row(t_s, number, sensor, noise):
@@ -64,8 +72,9 @@ def _coil_row(t_s, number, sensor, noise):
             f"{qw:.6f},{qx:.6f},{qy:.6f},0,0.5\n")
 
 
-def write_sequence(folder, seconds, off_frames=(), size=(WIDTH, HEIGHT), image_rate_hz=COIL_RATE_HZ):
-    """Coils at 30 Hz and images for so long; fluoroscopy is off at `off_frames`."""
+def write_sequence(folder, seconds, off_frames=(), size=(WIDTH, HEIGHT), image_rate_hz=COIL_RATE_HZ,
+                   image_of=None):
+    """Coils at 30 Hz and images for so long; fluoroscopy is off at `off_frames`. `image_of`: (time, noise, width, height) to a PNG."""
     width, height = size
     (folder / "images").mkdir(parents=True)
     (folder / "sequence.toml").write_text(
@@ -85,6 +94,6 @@ def write_sequence(folder, seconds, off_frames=(), size=(WIDTH, HEIGHT), image_r
         name = "" if number in off_frames else f"images/{number:04}.png"
         frames += f"{number},{exposed_s:.4f},A,{name}\n"
         if name:
-            (folder / name).write_bytes(_image(exposed_s, noise, width, height))
+            (folder / name).write_bytes((image_of or _image)(exposed_s, noise, width, height))
     (folder / "frames.csv").write_text(frames)
     (folder / "em.csv").write_text(coils)
