@@ -32,8 +32,9 @@ enum class Reason : std::uint32_t {
   kReplayData = 1U << 15,       ///< a recorded source took part; cannot be switched off
   kRivalWriter = 1U << 16,      ///< somebody else publishes under this instrument's key
   kGeometryChanged = 1U << 17,  ///< table or C-arm moved and no pose said so: that view's images are left out
+  kReferenceLost = 1U << 18,    ///< the patient's reference is missing, contradicts itself or has jumped
 };
-inline constexpr int kReasonCount = 18;
+inline constexpr int kReasonCount = 19;
 
 /// A set of reasons, the bit mask on the wire.
 class Reasons {

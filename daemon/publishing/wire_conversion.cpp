@@ -32,6 +32,7 @@ static_assert(tubed_REASON_DEMO_DATA == static_cast<unsigned>(Reason::kDemoData)
 static_assert(tubed_REASON_REPLAY_DATA == static_cast<unsigned>(Reason::kReplayData));
 static_assert(tubed_REASON_RIVAL_WRITER == static_cast<unsigned>(Reason::kRivalWriter));
 static_assert(tubed_REASON_GEOMETRY_CHANGED == static_cast<unsigned>(Reason::kGeometryChanged));
+static_assert(tubed_REASON_REFERENCE_LOST == static_cast<unsigned>(Reason::kReferenceLost));
 
 static_assert(std::size(tubed_TubeEstimate{}.points) == kMaxCentrelinePoints);
 static_assert(std::size(tubed_TubeEstimate{}.coefficients_mm) == kMaxCoefficients);

@@ -22,6 +22,7 @@ const WORDS = {
   INITIALISING: "starting: not enough measurements yet",
   RIVAL_WRITER: "another program publishes under this instrument's name",
   GEOMETRY_CHANGED: "table or C-arm moved and no pose said so: images of that view are left out",
+  REFERENCE_LOST: "the reference on the patient is missing, contradicts itself or has jumped",
 };
 
 export const words_of = (reason) => WORDS[reason] ?? reason.toLowerCase().replaceAll("_", " ");
