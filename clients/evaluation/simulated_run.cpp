@@ -22,7 +22,7 @@ DriverSettings settings_for(const SimulatedRun& run) {
   for (const KeyDescription& setting : simulation_settings()) {
     values[setting.name] = setting.default_value;
   }
-  return DriverSettings(values)
+  return run.reference.in(DriverSettings(values))
       .with("preset", run.preset)
       .with("seed", run.seed)
       .with("vessel", run.vessel)
@@ -38,6 +38,7 @@ class RunWriter {
   RunWriter(const SimulatedRun& run, const Scenario& scenario, const std::filesystem::path& folder)
       : run_(run),
         scenario_(scenario),
+        folder_(folder),
         settings_(settings_for(run)),
         world_(scenario.room, settings_),
         tracker_(world_, settings_, em_period_s()),
@@ -66,6 +67,9 @@ class RunWriter {
       }
     }
     writer_.finish();
+    if (scenario_.room.reference) {
+      write_reference(registered_reference(tracker_, world_), folder_ / "reference.toml");
+    }
     return pictures_;
   }
 
@@ -134,16 +138,13 @@ class RunWriter {
     SequenceMeasurement measurement;
     measurement.t_s = t_s + scenario_.em_clock_error_s;
     measurement.em_frame = static_cast<std::uint32_t>(k);
-    for (const CoilPlacement& coil : scenario_.room.instruments.front().coils) {
-      measurement.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-          tracker_.measure(world_, 0, coil, k, t_s);
-      measurement.coil_count = std::max(measurement.coil_count, coil.sensor);
-    }
+    measurement.coil_count = tracker_.measure_all(world_, k, t_s, measurement.coils);
     writer_.add_measurement(measurement);
   }
 
   const SimulatedRun& run_;
   const Scenario& scenario_;
+  std::filesystem::path folder_;
   DriverSettings settings_;
   SimulatedWorld world_;
   SimulatedTracker tracker_;
@@ -167,6 +168,7 @@ Scenario scenario_of(const SimulatedRun& run) {
     }
     scenario.second_view_every = run.second_view_every;
   }
+  add_reference(run.reference, scenario.room);
   return scenario;
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "clients/evaluation/simulated_reference.hpp"
 #include "drivers/laboratory/scenario.hpp"
 
 namespace tubed {
@@ -22,6 +23,7 @@ struct SimulatedRun {
   bool announces_pose = true;   ///< images of a view that moves say how it stood
   double pose_noise_deg = 0.1;  ///< of what they say then, standard deviation
   double pose_noise_mm = 1;
+  SimulatedReference reference{};  ///< how the field generator moves, and by what that is noticed
 };
 
 /// The preset with what `run` changes. Throws std::runtime_error for a vessel that cannot be used, and for a
