@@ -41,6 +41,15 @@ TwoCoils registered_coils(const ReferenceDescription& description) {
   return coils;
 }
 
+/// Is the pose so uncertain, or the filter so far behind one that moves, that half a jump would not be
+/// noticed?
+bool is_behind(const PoseFilter& filter, const ReferenceDescription& description) {
+  const PoseCovariance covariance = filter.covariance();
+  const double turn_rad = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+  const double shift_mm = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  return turn_rad > description.jump_deg * kDegree / 2 || shift_mm > description.jump_mm / 2;
+}
+
 }  // namespace
 
 Eigen::Matrix3d ReferenceError::covariance_at(const Eigen::Vector3d& p_mm) const {
@@ -239,7 +248,8 @@ ReferenceDoubt EmReference::doubt(MonotonicTime now) const {
     return ReferenceDoubt::kLost;
   }
   const bool has_jumped = jumped_ && now - *jumped_ < kJumpIsTold;
-  return fault_ != Fault::kNone || slip_ || has_jumped ? ReferenceDoubt::kDoubtful : ReferenceDoubt::kNone;
+  const bool is_doubtful = fault_ != Fault::kNone || slip_ || has_jumped || is_behind(filter_, *description_);
+  return is_doubtful ? ReferenceDoubt::kDoubtful : ReferenceDoubt::kNone;
 }
 
 void EmReference::describe(MonotonicTime now, std::span<char> words) const {
@@ -284,7 +294,7 @@ void EmReference::describe(MonotonicTime now, std::span<char> words) const {
     return say("was not seen since the tracker sent its last measurement");
   }
   if (fault_ == Fault::kJump || !jumped_) {
-    return say("jumps: the field generator or the patient is being moved");
+    return say("moves or jumps: the field generator or the patient is being moved");
   }
   std::snprintf(words.data(), words.size(),
                 "the patient's reference, %s, has jumped by %.1f mm and %.1f deg: the field generator was "

@@ -117,6 +117,18 @@ TEST_P(EmReferenceOfEitherKind, ADriftIsFollowedAndWhatItIsBehindIsSaid) {
   EXPECT_EQ(followed.doubt(), ReferenceDoubt::kNone);
 }
 
+TEST_P(EmReferenceOfEitherKind, WhatMovesFasterThanTheFilterFollowsIsDoubtful) {
+  followed.take(40);
+  for (int i = 0; i < 40; ++i) {
+    followed.generator().push(0.75, 0);  // 30 mm/s: no two measurements are a jump
+    followed.take();
+  }
+  EXPECT_EQ(followed.doubt(), ReferenceDoubt::kDoubtful) << "2.6 mm behind";
+  EXPECT_NE(followed.words().find("moves"), std::string::npos) << followed.words();
+  followed.take(20);
+  EXPECT_EQ(followed.doubt(), ReferenceDoubt::kNone) << followed.words();
+}
+
 TEST_P(EmReferenceOfEitherKind, AJumpPlacesNothingUntilItIsConfirmedAndIsSaidForASecond) {
   followed.take(40);
   followed.generator().push(25, 4);
