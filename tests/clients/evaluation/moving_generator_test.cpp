@@ -15,7 +15,7 @@ constexpr int kPeriod_ms = 25;
 constexpr int kPush_ms = 2000;
 constexpr int kEnd_ms = 4000;
 
-struct Run {
+struct Outcome {
   double greatest_mm = 0;  ///< of the shape from the arc, over the last second
   std::map<Validity, int> validities;
   Reasons reasons_of_last;
@@ -27,7 +27,7 @@ struct Run {
 using Spoil = std::function<void(int, EmFrame&)>;
 
 /// The generator is pushed by 20 mm and 3 degrees half way. `spoil` sees each measurement with its time.
-Run run(MovingGenerator generator, const RoomDescription& room, const Spoil& spoil = {}) {
+Outcome run(MovingGenerator generator, const RoomDescription& room, const Spoil& spoil = {}) {
   generator.noise_mm = 0.1;
   Sequence sequence;
   sequence.room = room;
@@ -49,7 +49,7 @@ Run run(MovingGenerator generator, const RoomDescription& room, const Spoil& spo
   EstimatorSettings settings;
   settings.mode = EstimatorMode::kEm;
   settings.sigma_position_mm = 0.3;
-  Run found;
+  Outcome found;
   reconstruct(sequence, settings, {}, [&](const SequenceInstant& instant, const TubeEstimate& estimate) {
     const int ms = static_cast<int>(instant.frame);
     ++found.validities[estimate.validity];
@@ -71,7 +71,7 @@ TEST(MovingGeneratorOffline, WithoutAReferenceTheShapeIsWrongByTheMovement) {
   const MovingGenerator generator = MovingGenerator::with_sensor();
   RoomDescription room = generator.room;
   room.reference.reset();
-  const Run found = run(generator, room);
+  const Outcome found = run(generator, room);
   EXPECT_GT(found.greatest_mm, 15);
   EXPECT_EQ(found.validities.size(), 1U) << "and nothing says so";
 }
@@ -83,7 +83,7 @@ class MovingGeneratorWithAReference : public testing::TestWithParam<bool> {
 INSTANTIATE_TEST_SUITE_P(SensorOrCoils, MovingGeneratorWithAReference, testing::Bool());
 
 TEST_P(MovingGeneratorWithAReference, TheShapeStaysWithThePatient) {
-  const Run found = run(generator, generator.room);
+  const Outcome found = run(generator, generator.room);
   EXPECT_LT(found.greatest_mm, 1.5);
   EXPECT_EQ(found.at_ms.at(kPush_ms - 500), Validity::kValid);
   EXPECT_EQ(found.at_ms.at(kPush_ms), Validity::kQuestionable);
@@ -95,7 +95,7 @@ TEST_P(MovingGeneratorWithAReference, WithoutItEachShapeSaysSoAndAfterTheTimeout
   const auto lost_for_a_second = [](int ms, EmFrame& frame) {
     if (ms > 1000 && ms <= 2000) frame.coils[5] = CoilSample{};
   };
-  const Run found = run(generator, generator.room, lost_for_a_second);
+  const Outcome found = run(generator, generator.room, lost_for_a_second);
   EXPECT_EQ(found.at_ms.at(1000), Validity::kValid);
   EXPECT_EQ(found.at_ms.at(1025), Validity::kQuestionable) << "in the very next sample";
   EXPECT_EQ(found.at_ms.at(1500), Validity::kQuestionable);

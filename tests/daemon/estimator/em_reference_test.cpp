@@ -293,6 +293,19 @@ TEST(ReferenceError, IsTheSpreadOfPlacements) {
   EXPECT_NEAR(found(0, 1) / said(0, 1), 1, 0.2) << "correlated as said";
 }
 
+TEST(ReferenceError, OfOneKnownErrorIsWhereItTakesAPoint) {
+  const RigidTransform T_em_body(Eigen::Translation3d(30, -20, 50) *
+                                 Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 1, 2).normalized()));
+  PoseError w_and_v;
+  w_and_v << 2e-5, -1e-5, 3e-5, 4e-3, 5e-3, -2e-3;
+  const RigidTransform T_true = moved_by(w_and_v, T_em_body);
+  const Eigen::Vector3d p_em_mm(-100, 150, 80);
+  const Eigen::Vector3d away_mm = T_em_body * T_true.inverse() * p_em_mm - p_em_mm;
+  const ReferenceError error{T_em_body.translation(), w_and_v * w_and_v.transpose()};
+  EXPECT_LT((error.covariance_at(p_em_mm) - away_mm * away_mm.transpose()).norm(),
+            1e-3 * away_mm.squaredNorm());
+}
+
 TEST(ReferenceError, InAnotherFrameIsTheSame) {
   ReferenceError error;
   error.pivot_mm = {10, 20, 30};
