@@ -79,6 +79,12 @@ std::uint32_t wire_status(CoilStatus status) {
   return 0;
 }
 
+CoilSample as_registered(CoilSample sample, const EmPlacement& placement) {
+  sample.p_em_mm = placement.T_registered_em * sample.p_em_mm;
+  sample.tangent_em = placement.T_registered_em.linear() * sample.tangent_em;
+  return sample;
+}
+
 }  // namespace
 
 std::vector<TubeIdentityValues> identities_of(const Configuration& configuration) {
@@ -111,7 +117,8 @@ DdsOutlet::DdsOutlet(const Configuration& configuration)
     : configuration_(configuration),
       identities_(identities_of(configuration)),
       publisher_(configuration.dds, identities_),
-      instruments_(configuration.room.instruments.size()) {}
+      instruments_(configuration.room.instruments.size()),
+      reference_(configuration.room.reference) {}
 
 bool DdsOutlet::publish(const TubeEstimate& estimate) {
   if (publisher_.publish(estimate) != PublishResult::kWritten) {
@@ -128,6 +135,7 @@ bool DdsOutlet::publish(const TubeEstimate& estimate) {
 }
 
 void DdsOutlet::publish_em(const EmFrame& frame) {
+  const std::optional<EmPlacement> placement = reference_.take(frame);
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     em_values_.sequence_number = ++instruments_[i].em_samples;
     em_values_.measured_ns = to_ns(frame.measured);
@@ -135,11 +143,12 @@ void DdsOutlet::publish_em(const EmFrame& frame) {
     em_values_.tracker_frame = frame.tracker_frame;
     em_values_.origin = static_cast<std::uint32_t>(frame.origin);
     em_values_.coil_count = 0;
-    for (const CoilPlacement& placement : configuration_.room.instruments[i].coils) {
+    for (const CoilPlacement& coil : configuration_.room.instruments[i].coils) {
       EmCoilValues& values = em_values_.coils[em_values_.coil_count++];
-      const auto sensor = static_cast<std::size_t>(placement.sensor - 1);
-      const CoilSample sample = placement.sensor <= frame.coil_count ? frame.coils[sensor] : CoilSample{};
-      const double sign = placement.flipped ? -1 : 1;
+      const auto sensor = static_cast<std::size_t>(coil.sensor - 1);
+      const bool is_known = placement && coil.sensor <= frame.coil_count;
+      const CoilSample sample = is_known ? as_registered(frame.coils[sensor], *placement) : CoilSample{};
+      const double sign = coil.flipped ? -1 : 1;
       values.status = wire_status(sample.status);
       values.indicator = static_cast<float>(sample.indicator);
       for (int axis = 0; axis < 3; ++axis) {

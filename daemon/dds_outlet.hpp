@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/config/configuration.hpp"
+#include "daemon/estimator/em_reference.hpp"
 #include "daemon/pipeline/publisher_stage.hpp"
 #include "daemon/publishing/dds_publisher.hpp"
 
@@ -26,6 +27,8 @@ class DdsOutlet final : public Outlet {
   [[nodiscard]] const DdsEntity& participant() const { return publisher_.participant(); }
 
   bool publish(const TubeEstimate& estimate) override;
+  /// In the tracker's frame as it was registered, so that T_world_em of the identity takes coils to the world
+  /// wherever the field generator is now; without pose while the patient's reference does not say where.
   void publish_em(const EmFrame& frame) override;
   /// Writes the identity of every instrument again.
   void publish_tracker(const TrackerIdentity& tracker) override;
@@ -50,6 +53,7 @@ class DdsOutlet final : public Outlet {
   std::vector<InstrumentState> instruments_;
   std::vector<NamedStageReport> stages_;
   EmSamplesValues em_values_;
+  EmReference reference_;  ///< of its own: the optimizer's is in another thread, and finds the same
 };
 
 }  // namespace tubed

@@ -127,7 +127,7 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
     benches.push_back(std::make_unique<CameraBench>(camera, frangi));
   }
   NextImages next_images(benches);
-  const auto history = std::make_unique<EmHistory>();
+  const auto history = std::make_unique<EmHistory>(sequence.room.reference);
   auto next_em = sequence.measurements.begin();
   MonotonicTime newest_image{};
   MonotonicTime newest_left_out{};

@@ -30,7 +30,7 @@ DriverSettings settings_for(const SimulatedRun& run) {
   for (const KeyDescription& setting : simulation_settings()) {
     values[setting.name] = setting.default_value;
   }
-  return DriverSettings(values)
+  return run.reference.in(DriverSettings(values))
       .with("preset", run.preset)
       .with("seed", run.seed)
       .with("vessel", run.vessel)
@@ -91,6 +91,12 @@ std::string command_of(const SimulatedRun& run) {
   if (run.move_at_s >= 0) text << " --move-at " << run.move_at_s;
   if (!run.announces_pose) text << " --unannounced";
   for (const std::string& word : run.mistakes) text << " --mistake " << word;
+  const SimulatedReference& reference = run.reference;
+  if (reference.kind != "none") text << " --reference " << reference.kind;
+  if (reference.shift_mm != 0) text << " --generator-moves " << reference.shift_mm;
+  if (reference.turn_deg != 0) text << " --generator-turns " << reference.turn_deg;
+  if (reference.shift_mm != 0 || reference.turn_deg != 0) text << " --generator-at " << reference.at_s;
+  if (reference.drift_mm_s != 0) text << " --generator-drifts " << reference.drift_mm_s;
   return text.str();
 }
 
@@ -100,6 +106,7 @@ class RunWriter {
   RunWriter(const SimulatedRun& run, const Scenario& scenario, const std::filesystem::path& folder)
       : run_(run),
         scenario_(scenario),
+        folder_(folder),
         settings_(settings_for(run)),
         world_(described_room_of(run, scenario), settings_),
         writer_(folder, "SIMULATED. " + command_of(run) + ": " + scenario.meaning,
@@ -122,6 +129,10 @@ class RunWriter {
       writer_.add_measurement(measurement);
     }
     writer_.finish();
+    if (scenario_.room.reference) {
+      const SimulatedTracker tracker(world_, settings_, em_period_s(scenario_));
+      write_reference(registered_reference(tracker, world_), folder_ / "reference.toml");
+    }
     return pictures_;
   }
 
@@ -169,6 +180,7 @@ class RunWriter {
 
   const SimulatedRun& run_;
   const Scenario& scenario_;
+  std::filesystem::path folder_;
   DriverSettings settings_;
   SimulatedWorld world_;
   SequenceWriter writer_;
@@ -191,6 +203,7 @@ Scenario scenario_of(const SimulatedRun& run) {
     }
     scenario.second_view_every = run.second_view_every;
   }
+  add_reference(run.reference, scenario.room);
   (void)described_room_of(run, scenario);  // now, not after the mechanics
   return scenario;
 }
@@ -208,11 +221,7 @@ std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run,
     SequenceMeasurement& measurement = measurements.emplace_back();
     measurement.t_s = tick.t_s + scenario.em_clock_error_s + world.mistakes().em_stamp_error_s();
     measurement.em_frame = static_cast<std::uint32_t>(tick.k);
-    for (const CoilPlacement& coil : world.room().instruments.front().coils) {
-      measurement.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-          tracker.measure(world, 0, coil, tick.k, tick.t_s);
-      measurement.coil_count = std::max(measurement.coil_count, coil.sensor);
-    }
+    measurement.coil_count = tracker.measure_all(world, tick.k, tick.t_s, measurement.coils);
   }
   return measurements;
 }

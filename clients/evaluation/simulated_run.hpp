@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/evaluation/simulated_reference.hpp"
 #include "clients/evaluation/true_run.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "drivers/replay/sequence_folder.hpp"
@@ -30,6 +31,7 @@ struct SimulatedRun {
   double zoom = 1;                      ///< its focal lengths become so many times what they were, once
   double move_at_s = -1;                ///< when these begin; negative: half way through
   std::vector<std::string> mistakes{};  ///< what is wrong: see room_mistakes.hpp
+  SimulatedReference reference{};       ///< how the field generator moves, and by what that is noticed
 };
 
 /// The preset with what `run` changes; its room is the real one. Throws std::runtime_error for a vessel that

@@ -20,6 +20,16 @@ FrangiSettings frangi_settings(const CheckedTable& file);
 /// Registration, cameras and instruments.
 RoomDescription room_description(const CheckedTable& file, Problems& problems);
 
+/// [em.reference]: nothing without the table.
+std::optional<ReferenceDescription> reference_description(const CheckedTable& file, Problems& problems);
+
+/// A 4 x 4 matrix of the file as the rigid transform it has to be; identity when it is left out or is none.
+RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems& problems);
+
+/// Whether the driver of the EM tracker can measure the reference: by its ports, with its orientation.
+void check_reference_driver(const CheckedTable& file, const std::vector<DriverDescription>& available,
+                            Problems& problems);
+
 /// [estimator] with the mode of each [[instrument]], in their order.
 std::vector<EstimatorSettings> estimator_settings(const CheckedTable& file, Problems& problems);
 

@@ -13,18 +13,6 @@ namespace {
 // A rotation written by a person with four decimals passes; 1 % of scale does not.
 constexpr double kRotationTolerance = 1e-4;
 
-RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems& problems) {
-  if (!table.has(key)) {
-    return RigidTransform::Identity();
-  }
-  std::string why;
-  const auto transform = rigid_from_matrix(table.get<Eigen::Matrix4d>(key), kRotationTolerance, why);
-  if (!transform) {
-    problems.push_back({table.at(key).position, table.path_of(key), "expected a rigid transform: " + why});
-  }
-  return transform.value_or(RigidTransform::Identity());
-}
-
 void check_distances(const CheckedTable& table, const CArm& c_arm, Problems& problems) {
   if (table.has("source_isocentre_mm") && table.has("source_detector_mm") &&
       c_arm.source_isocentre_mm >= c_arm.source_detector_mm) {
@@ -175,6 +163,18 @@ void check_unique(const std::vector<CheckedTable>& tables, const std::string& ke
 
 }  // namespace
 
+RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems& problems) {
+  if (!table.has(key)) {
+    return RigidTransform::Identity();
+  }
+  std::string why;
+  const auto transform = rigid_from_matrix(table.get<Eigen::Matrix4d>(key), kRotationTolerance, why);
+  if (!transform) {
+    problems.push_back({table.at(key).position, table.path_of(key), "expected a rigid transform: " + why});
+  }
+  return transform.value_or(RigidTransform::Identity());
+}
+
 RoomDescription room_description(const CheckedTable& file, Problems& problems) {
   const CheckedTable& em = file.one("em");
   RoomDescription room;
@@ -190,6 +190,7 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems) {
   for (const CheckedTable& instrument : file.many("instrument")) {
     room.instruments.push_back(instrument_description(instrument, problems));
   }
+  room.reference = reference_description(file, problems);
   check_plugs(file, problems);
   check_unique(file.many("camera"), "name", problems);
   check_unique(file.many("instrument"), "id", problems);

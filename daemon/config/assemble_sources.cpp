@@ -64,6 +64,24 @@ void warn_of_unused_tables(const CheckedTable& file, const std::vector<DriverDes
   }
 }
 
+// The world is then the patient as registered. That a constant pose is right while only the field generator
+// moves, and wrong once the patient does, looks the same to the reference.
+void warn_of_standing_cameras(const CheckedTable& file, Problems& found) {
+  const CheckedTable& reference = file.one("em").one("reference");
+  if (!reference.given || file.many("camera").empty()) {
+    return;
+  }
+  for (const CheckedTable& camera : file.many("camera")) {
+    if (camera.get<std::string>("geometry") != "required") {
+      found.push_back(
+          {camera.position, camera.path,
+           "its pose is of the patient as registered, beside [em.reference]: right while the field "
+           "generator moves and wrong once the patient does; where the table moves, images have to "
+           "bring their geometry (geometry = \"required\")"});
+    }
+  }
+}
+
 }  // namespace
 
 SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
@@ -138,6 +156,7 @@ Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>
   warn_of_mixed_origins(file, available, found);
   warn_of_shared_sensors(file, found);
   warn_of_unused_tables(file, available, found);
+  warn_of_standing_cameras(file, found);
   return found;
 }
 

@@ -93,6 +93,7 @@ Configuration checked_configuration(std::string_view text, const std::filesystem
   }
   configuration.em_source = source_choice(checked, checked.one("em"), available, problems);
   check_coil_ports(checked, available, problems);
+  check_reference_driver(checked, available, problems);
   for (const CheckedTable& camera : checked.many("camera")) {
     configuration.image_sources.push_back(source_choice(checked, camera, available, problems));
   }

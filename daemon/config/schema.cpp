@@ -58,11 +58,18 @@ Keys source_keys(std::vector<std::string> driver_names, std::string meaning) {
 }
 
 TableDescription em_table(const std::vector<std::string>& driver_names) {
-  return {.name = "em",
-          .minimum_count = 1,
-          .meaning = "the EM tracker",
-          .keys = joined({source_keys(driver_names, "the driver of the EM tracker"),
-                          descriptions(back_off_keys()), registration_keys()})};
+  return {
+      .name = "em",
+      .minimum_count = 1,
+      .meaning = "the EM tracker",
+      .keys = joined({source_keys(driver_names, "the driver of the EM tracker"),
+                      descriptions(back_off_keys()), registration_keys()}),
+      .tables = {{.name = "reference",
+                  .meaning =
+                      "a sensor that is fixed to the patient: coils are expressed relative to it, so that "
+                      "field generator or table may move; left out = neither moves",
+                  .keys = descriptions(reference_keys()),
+                  .is_alternative = true}}};
 }
 
 TableDescription camera_table(const std::vector<std::string>& driver_names) {

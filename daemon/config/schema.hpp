@@ -27,7 +27,8 @@ struct TableDescription {
   std::vector<TableDescription> tables{};
   bool only_when_used =
       false;  ///< required keys may be missing (a driver's table without a source that uses it)
-  bool is_alternative = false;  ///< replaces keys beside it: the sample file shows it as a comment
+  bool is_alternative = false;  ///< replaces keys beside it, or most do without: the sample file shows it as
+                                ///< a comment
 };
 
 /// The file as a whole: a table without a name. The tables of `available` drivers are part of it.

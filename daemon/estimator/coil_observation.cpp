@@ -73,6 +73,7 @@ CoilObservations observe_coils(const EmFrame* frame, const EmHistory& history,
                                const InstrumentDescription& instrument, const RigidTransform& T_world_em,
                                std::int64_t stuck_ns) {
   CoilObservations observations;
+  const RigidTransform T_world_em_then = T_world_em * history.placement(frame).T_registered_em;
   for (const CoilPlacement& placement : instrument.coils) {
     CoilObservation& coil = observations.coils[static_cast<std::size_t>(observations.count++)];
     coil.s_mm = placement.offset_from_tip_mm;
@@ -85,9 +86,9 @@ CoilObservations observe_coils(const EmFrame* frame, const EmHistory& history,
     if (!coil.used()) {
       continue;
     }
-    coil.p_world_mm = T_world_em * sample.p_em_mm;
+    coil.p_world_mm = T_world_em_then * sample.p_em_mm;
     coil.tangent_world =
-        T_world_em.linear() * sample.tangent_em.normalized() * (placement.flipped ? -1.0 : 1.0);
+        T_world_em_then.linear() * sample.tangent_em.normalized() * (placement.flipped ? -1.0 : 1.0);
     if (is_stuck(*frame, history, sensor, stuck_ns)) {
       coil.state = CoilState::kStuck;
     }

@@ -33,7 +33,8 @@ struct CoilObservations {
   [[nodiscard]] bool nearest_is_used(double place_mm) const;
 };
 
-/// Picks the instrument's coils out of `frame` (nullptr: all missing) and takes them to the world. A coil
+/// Picks the instrument's coils out of `frame` (nullptr: all missing) and takes them to the world: from where
+/// the tracker's frame was then, `history` knows, to where it was registered, and by T_world_em on. A coil
 /// that gave bit-equal values for `stuck_ns` in `history` is kStuck. Never allocates.
 CoilObservations observe_coils(const EmFrame* frame, const EmHistory& history,
                                const InstrumentDescription& instrument, const RigidTransform& T_world_em,

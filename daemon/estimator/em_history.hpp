@@ -5,18 +5,30 @@
 #include <array>
 #include <cstddef>
 
+#include "daemon/estimator/em_reference.hpp"
 #include "daemon/estimator/em_timeout.hpp"
 #include "drivers/interface/em_source.hpp"
 
 namespace tubed {
 
-/// Keeps the newest kCapacity measurements (6.4 s at 40 Hz) in order of their time. Never allocates.
+/// Keeps the newest kCapacity measurements (6.4 s at 40 Hz) in order of their time, as they were measured,
+/// and where the tracker's frame was at each. Those of which that is not known are not kept. Allocates only
+/// when it is made.
 class EmHistory {
  public:
   static constexpr std::size_t kCapacity = 256;
 
+  /// `reference`: of the patient; nothing: the tracker's frame stays where it was registered.
+  explicit EmHistory(const std::optional<ReferenceDescription>& reference = std::nullopt)
+      : reference_(reference) {}
+
   /// Takes the next measurement. One that is not later than the newest is refused (false): time goes forward.
   bool add(const EmFrame& frame);
+
+  /// Where the tracker's frame was when `frame` was measured; as registered for one that is not of this
+  /// history. Valid until the next add().
+  [[nodiscard]] const EmPlacement& placement(const EmFrame* frame) const;
+  [[nodiscard]] const EmReference& reference() const { return reference_; }
 
   /// The newest measurement not later than `time`; nullptr when there is none. Valid until the next add().
   [[nodiscard]] const EmFrame* newest_until(MonotonicTime time) const;
@@ -30,7 +42,10 @@ class EmHistory {
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  void clear() { size_ = 0; }
+  void clear() {
+    size_ = 0;
+    newest_.reset();
+  }
 
  private:
   [[nodiscard]] const EmFrame& from_newest(std::size_t age) const {
@@ -38,7 +53,11 @@ class EmHistory {
   }
 
   std::array<EmFrame, kCapacity> frames_;
+  std::array<EmPlacement, kCapacity> placements_;  ///< of frames_
+  EmPlacement as_registered_;
+  EmReference reference_;
   EmTimeout timeout_;
+  std::optional<MonotonicTime> newest_;  ///< of all that came, kept or not
   std::size_t next_ = 0;
   std::size_t size_ = 0;
 };

@@ -130,6 +130,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
                          variance_factor(), &state_.rival,
                          &agreement_};
   write_shape(shape, instrument_, estimate);
+  add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, shape, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace tubed {
@@ -130,6 +131,18 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
   }
 }
 
+void add_reference_error(const EmFrame* frame, const EmHistory& history, const RigidTransform& T_world_em,
+                         TubeEstimate& estimate) {
+  const ReferenceError error = history.placement(frame).error.in(T_world_em);
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    CentrelinePoint& point = estimate.points[i];
+    const Eigen::Vector3d p_world_mm = Eigen::Map<const Eigen::Vector3d>(point.p_world_mm.data());
+    const std::array<float, 6> added = upper_triangle(error.covariance_at(p_world_mm));
+    std::transform(added.begin(), added.end(), point.covariance_mm2.begin(), point.covariance_mm2.begin(),
+                   std::plus<>());
+  }
+}
+
 void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEstimate& estimate) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   estimate.coil_count = static_cast<std::uint32_t>(coils.count);
@@ -179,6 +192,11 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
     estimate.reasons.add(Reason::kNoRegistration);
     doubtful = true;
   }
+  const ReferenceDoubt reference = observation.em->reference().doubt(observation.now);
+  if (reference != ReferenceDoubt::kNone) {
+    estimate.reasons.add(Reason::kReferenceLost);
+    doubtful = true;
+  }
   if (has_shape && !findings.converged) {
     estimate.reasons.add(Reason::kNotConverged);
     doubtful = true;
@@ -190,7 +208,8 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
   if (!has_shape) {
     estimate.reasons.add(Reason::kInitialising);
     estimate.validity = Validity::kNotAvailable;
-  } else if (estimate.reasons.has(Reason::kEmStale) || coils.used_count() < 2) {
+  } else if (estimate.reasons.has(Reason::kEmStale) || coils.used_count() < 2 ||
+             reference == ReferenceDoubt::kLost) {
     estimate.validity = Validity::kInvalid;
   } else {
     estimate.validity = doubtful ? Validity::kQuestionable : Validity::kValid;

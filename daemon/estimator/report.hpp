@@ -61,6 +61,11 @@ bool is_stale(const EmFrame* frame, const Observation& observation, const Estima
 /// Fills valid_time_ns, radius, length, points, coefficients.
 void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate);
 
+/// Adds what is not known of the patient's reference at `frame` (nullptr: nothing) to the covariance of all
+/// points, which write_shape() or the mode itself has filled. T_world_em is the registration's.
+void add_reference_error(const EmFrame* frame, const EmHistory& history, const RigidTransform& T_world_em,
+                         TubeEstimate& estimate);
+
 /// Fills coil_count and coils with state and distance from the shape.
 void write_coils(const CoilObservations& coils, const FoundShape& shape, TubeEstimate& estimate);
 

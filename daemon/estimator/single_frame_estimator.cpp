@@ -52,6 +52,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
                          .time = shape_time_,
                          .rival = &solver_.rival()};
   write_shape(shape, instrument_, estimate);
+  add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, shape, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   judge(observation, coils,

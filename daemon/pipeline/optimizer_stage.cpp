@@ -23,7 +23,8 @@ bool same_instant(MonotonicTime a, MonotonicTime b) { return std::chrono::abs(a 
 OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimators,
                                std::vector<TripleBuffer<TubeEstimate>*> outlets,
                                std::vector<CameraInlet> cameras, EmRing& em, const PipelineSettings& settings,
-                               Doorbell& own_bell, Doorbell& publisher_bell)
+                               Doorbell& own_bell, Doorbell& publisher_bell,
+                               const std::optional<ReferenceDescription>& reference)
     : estimators_(std::move(estimators)),
       outlets_(std::move(outlets)),
       cameras_(std::move(cameras)),
@@ -33,6 +34,7 @@ OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimator
       publisher_bell_(publisher_bell),
       period_(from_ms(1000.0 / settings.rate_hz)),
       schedule_(period_, from_ms(settings.tick_grace_ms)),
+      em_(reference),
       max_image_timeout_(from_ms(settings.image_stale_ms)),
       max_em_timeout_(from_ms(settings.em_stale_ms)),
       sequence_numbers_(estimators_.size(), 0) {}
@@ -186,6 +188,7 @@ void OptimizerStage::show(std::size_t camera, Observation& observation) noexcept
 }
 
 void OptimizerStage::make_estimates(const Observation& observation, const Clock& clock) noexcept {
+  asked_ = observation.now;
   begin_predictions(observation);
   for (std::size_t i = 0; i < estimators_.size(); ++i) {
     TubeEstimate& estimate = outlets_[i]->back();
@@ -270,7 +273,11 @@ void OptimizerStage::describe(StageReport& report) const noexcept {
   report.outputs = outputs_;
   report.dropped = superseded_ + late_images_;
   report.refused = backward_em_;
-  report.why = why_;
+  // Where the reference is lost everything else follows from that.
+  em_.reference().describe(asked_, report.why);
+  if (report.why[0] == '\0') {
+    report.why = why_;
+  }
 }
 
 }  // namespace tubed

@@ -30,10 +30,11 @@ struct CameraInlet {
 /// that an image finds them there. See Stage.
 class OptimizerStage final : public Stage {
  public:
-  /// `outlets[i]` takes the estimates of `estimators[i]`.
+  /// `outlets[i]` takes the estimates of `estimators[i]`; `reference` is the patient's.
   OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimators,
                  std::vector<TripleBuffer<TubeEstimate>*> outlets, std::vector<CameraInlet> cameras,
-                 EmRing& em, const PipelineSettings& settings, Doorbell& own_bell, Doorbell& publisher_bell);
+                 EmRing& em, const PipelineSettings& settings, Doorbell& own_bell, Doorbell& publisher_bell,
+                 const std::optional<ReferenceDescription>& reference = std::nullopt);
 
   void wait(const Clock& clock) noexcept override;
   bool step(const Clock& clock) noexcept override;
@@ -80,6 +81,7 @@ class OptimizerStage final : public Stage {
   ImageTimeout image_timeout_;
   std::chrono::nanoseconds max_image_timeout_;
   std::chrono::nanoseconds max_em_timeout_;
+  MonotonicTime asked_{};       ///< of the newest estimates
   MonotonicTime told_stale_{};  ///< newest measurement of which an estimate has said that it is stale
   EmFrame incoming_;
   std::vector<std::uint64_t> sequence_numbers_;

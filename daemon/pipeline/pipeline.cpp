@@ -137,7 +137,8 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
   }
   p.add("optimizer",
         std::make_unique<OptimizerStage>(std::move(parts.estimators), outlets, std::move(inlets),
-                                         p.em_to_optimizer, settings, p.optimizer_bell, p.publisher_bell),
+                                         p.em_to_optimizer, settings, p.optimizer_bell, p.publisher_bell,
+                                         room.reference),
         settings.optimizer);
   auto publisher =
       std::make_unique<PublisherStage>(outlets, p.em_to_publisher, p.tracker, outlet, p.publisher_bell);

@@ -5,14 +5,12 @@
 namespace tubed::aurora {
 
 CoilMap::CoilMap(const RoomDescription& room) noexcept {
-  for (const InstrumentDescription& instrument : room.instruments) {
-    for (const CoilPlacement& coil : instrument.coils) {
-      coil_count_ = std::max(coil_count_, std::clamp(coil.sensor, 0, kMaxTrackerCoils));
-      const CoilPlug at{coil.port, coil.channel};
-      if (coil.port > 0 && !plug(coil.sensor - 1) && !coil_at(at)) {
-        place(coil.sensor, at);
-        expect(coil.sensor, {coil.tool_serial, BoundedText<20>(coil.tool_part_number)});
-      }
+  for (const CoilPlacement& coil : tracked_coils(room)) {
+    coil_count_ = std::max(coil_count_, std::clamp(coil.sensor, 0, kMaxTrackerCoils));
+    const CoilPlug at{coil.port, coil.channel};
+    if (coil.port > 0 && !plug(coil.sensor - 1) && !coil_at(at)) {
+      place(coil.sensor, at);
+      expect(coil.sensor, {coil.tool_serial, BoundedText<20>(coil.tool_part_number)});
     }
   }
 }

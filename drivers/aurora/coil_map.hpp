@@ -37,8 +37,8 @@ class CoilMap {
  public:
   CoilMap() = default;
 
-  /// From the coils of all instruments. Coils without a port are left out; when two coils contradict each
-  /// other the first one counts (the configuration refuses both).
+  /// From the coils of all instruments and of the patient's reference. Coils without a port are left out;
+  /// when two coils contradict each other the first one counts (the configuration refuses both).
   explicit CoilMap(const RoomDescription& room) noexcept;
 
   /// Says where `sensor` (1 to kMaxTrackerCoils) is plugged in.

@@ -76,6 +76,13 @@ Eigen::Vector3d coil_axis(const Quaternion& rotation, AxisSense sense) noexcept 
   return sense == AxisSense::kReversed ? Eigen::Vector3d(-unit) : unit;
 }
 
+Eigen::Vector3d sensor_x_axis(const Quaternion& rotation) noexcept {
+  const auto& [q0, qx, qy, qz] = rotation;
+  const Eigen::Vector3d axis(q0 * q0 + qx * qx - qy * qy - qz * qz, 2 * (qx * qy + q0 * qz),
+                             2 * (qx * qz - q0 * qy));
+  return axis / squared_norm(rotation);
+}
+
 CoilStatus coil_status(Report report, PortStatus port) noexcept {
   if (!has_frame(report)) {
     return CoilStatus::kDisabled;
@@ -96,6 +103,7 @@ CoilSample coil_sample(const HandleReading& reading) noexcept {
   if (usable && reading.report == Report::kValid) {
     sample.p_em_mm = reading.p_em_mm;
     sample.tangent_em = coil_axis(reading.rotation);
+    sample.x_axis_em = sensor_x_axis(reading.rotation);
     sample.indicator = reading.indicator;
   }
   return sample;

@@ -78,6 +78,9 @@ enum class AxisSense { kAsMeasured, kReversed };
 [[nodiscard]] Eigen::Vector3d coil_axis(const Quaternion& rotation,
                                         AxisSense sense = AxisSense::kAsMeasured) noexcept;
 
+/// Unit vector along the x axis of a sensor of 6 degrees of freedom: the image of +x.
+[[nodiscard]] Eigen::Vector3d sensor_x_axis(const Quaternion& rotation) noexcept;
+
 /// State of a coil from what the reply says and the port's bits. Broken coils and processing exceptions are
 /// missing whatever pose came with them; partly out of the volume is out of it.
 [[nodiscard]] CoilStatus coil_status(Report report, PortStatus port) noexcept;

@@ -38,11 +38,9 @@ AuroraCanSource::AuroraCanSource(const RoomDescription& room, const DriverSettin
       base_(can_base_of(settings)),
       coil_count_(std::clamp(aurora::CoilMap(room).coil_count(), 1, kMaxTrackerCoils)),
       assembler_(coil_count_, base_) {
-  for (const InstrumentDescription& instrument : room.instruments) {
-    for (const CoilPlacement& coil : instrument.coils) {
-      if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
-        used_[static_cast<std::size_t>(coil.sensor - 1)] = true;
-      }
+  for (const CoilPlacement& coil : tracked_coils(room)) {
+    if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
+      used_[static_cast<std::size_t>(coil.sensor - 1)] = true;
     }
   }
 }

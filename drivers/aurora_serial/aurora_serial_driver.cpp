@@ -33,6 +33,7 @@ DriverDescription aurora_serial_driver() {
                            {}};
   driver.needs_device = true;
   driver.finds_coils_by_port = true;
+  driver.gives_orientation = true;
   return driver;
 }
 

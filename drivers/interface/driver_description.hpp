@@ -47,6 +47,7 @@ struct DriverDescription {
   std::function<std::unique_ptr<ImageSource>(const SourceContext&, int camera_index)> make_image_source;
   bool needs_device = false;         ///< "device" of [em] or [[camera]] has to be given
   bool finds_coils_by_port = false;  ///< every [[instrument.coil]] has to say its port and channel
+  bool gives_orientation = false;    ///< its CoilSample has x_axis_em: a sensor can have 6 degrees of freedom
   /// Where the device of a [[camera]] is a socket: its path. Empty: it is none.
   std::function<std::string(const std::string& device, const std::string& camera,
                             const std::filesystem::path& configuration_folder)>

@@ -15,13 +15,16 @@ inline constexpr int kMaxTrackerCoils = 16;
 
 enum class CoilStatus { kMissing, kOk, kOutOfVolume, kDisabled };
 
-/// One 5-DOF coil of one measurement, in the tracker's frame. Pose is NaN unless the tracker gave one.
+/// One sensor of one measurement, in the tracker's frame. Pose is NaN unless the tracker gave one.
 struct CoilSample {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   CoilStatus status = CoilStatus::kMissing;
   Eigen::Vector3d p_em_mm{kNaN, kNaN, kNaN};     ///< position
   Eigen::Vector3d tangent_em{kNaN, kNaN, kNaN};  ///< unit vector toward the catheter's tip
-  double indicator = 0;                          ///< the tracker's own quality figure, unit-less
+  /// Unit vector along the sensor's x axis, for a sensor of 6 degrees of freedom; means nothing for a 5-DOF
+  /// coil, whose roll is arbitrary. NaN where a tracker says no more than the axis.
+  Eigen::Vector3d x_axis_em{kNaN, kNaN, kNaN};
+  double indicator = 0;  ///< the tracker's own quality figure, unit-less
 };
 
 /// All coils of one measurement; coil i is the tracker's sensor i + 1.

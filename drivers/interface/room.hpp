@@ -2,12 +2,14 @@
 // configuration; a simulated source draws from it, the estimator measures with it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/interface/em_source.hpp"
+#include "drivers/interface/reference_description.hpp"
 #include "idl/estimate.hpp"
 #include "idl/geometry/camera.hpp"
 #include "idl/geometry/rigid_transform.hpp"
@@ -86,6 +88,29 @@ struct RoomDescription {
   bool registered = true;  ///< false: T_world_em was not given; estimates say NO_REGISTRATION
   std::vector<CameraCalibration> cameras;
   std::vector<InstrumentDescription> instruments;
+  std::optional<ReferenceDescription> reference = std::nullopt;  ///< not given: T_world_em is constant
 };
+
+/// What a tracker has to measure for the room: the coils of all instruments, then the sensors of the
+/// patient's reference, whose place along a catheter means nothing.
+inline std::vector<CoilPlacement> tracked_coils(const RoomDescription& room) {
+  std::vector<CoilPlacement> coils;
+  for (const InstrumentDescription& instrument : room.instruments) {
+    coils.insert(coils.end(), instrument.coils.begin(), instrument.coils.end());
+  }
+  if (!room.reference) {
+    return coils;
+  }
+  const std::vector<int>& ports = room.reference->ports;
+  for (std::size_t i = 0; i < room.reference->sensors.size(); ++i) {
+    CoilPlacement coil{.sensor = room.reference->sensors[i]};
+    if (!ports.empty()) {
+      coil.port = ports[std::min(i, ports.size() - 1)];
+      coil.channel = i > 0 && coil.port == ports.front() ? 1 : 0;
+    }
+    coils.push_back(coil);
+  }
+  return coils;
+}
 
 }  // namespace tubed

@@ -8,6 +8,7 @@
 #include "drivers/interface/room.hpp"
 #include "drivers/laboratory/simulated_world.hpp"
 #include "drivers/laboratory/tracker/em_errors.hpp"
+#include "drivers/laboratory/tracker/generator_motion.hpp"
 #include "drivers/laboratory/tracker/smooth_field.hpp"
 
 namespace tubed {
@@ -24,9 +25,22 @@ class SimulatedTracker {
   [[nodiscard]] CoilSample measure(const SimulatedWorld& world, int instrument, const CoilPlacement& coil,
                                    std::int64_t k, double t_s) const noexcept;
 
+  /// Sensor `index` of the room's reference in the same measurement; of one alone all six degrees of freedom.
+  [[nodiscard]] CoilSample measure_reference(const SimulatedWorld& world, std::size_t index, std::int64_t k,
+                                             double t_s) const noexcept;
+
+  /// All coils and the reference of the room; returns the highest sensor among them.
+  int measure_all(const SimulatedWorld& world, std::int64_t k, double t_s,
+                  std::array<CoilSample, kMaxTrackerCoils>& coils) const noexcept;
+
  private:
+  [[nodiscard]] RigidTransform T_em_world(double t_s) const noexcept {
+    return generator_.T_rest_em(t_s).inverse() * T_em_world_;
+  }
+
   double period_s_;
-  RigidTransform T_em_world_;  ///< the true one, which a preset may keep from the daemon
+  RigidTransform T_em_world_;  ///< the true one, which a preset may keep from the daemon; generator at rest
+  GeneratorMotion generator_;
   EmErrors errors_;
   double jump_s_;      ///< from then on the field is bent by `jump_`, too; infinite: never
   SmoothField jump_;   ///< displacement, tracker's frame

@@ -19,17 +19,19 @@ std::vector<KeyDescription> replay_settings() {
 }
 
 DriverDescription replay_driver() {
-  return {"replay",
-          "a sequence folder played back in real time",
-          Origin::kReplayed,
-          replay_settings(),
-          [](const SourceContext& context) {
-            return make_replay_em_source(context.room, context.settings_with_paths({"folder"}));
-          },
-          [](const SourceContext& context, int camera_index) {
-            return make_replay_image_source(context.room, context.settings_with_paths({"folder"}),
-                                            camera_index);
-          }};
+  DriverDescription driver{
+      "replay",
+      "a sequence folder played back in real time",
+      Origin::kReplayed,
+      replay_settings(),
+      [](const SourceContext& context) {
+        return make_replay_em_source(context.room, context.settings_with_paths({"folder"}));
+      },
+      [](const SourceContext& context, int camera_index) {
+        return make_replay_image_source(context.room, context.settings_with_paths({"folder"}), camera_index);
+      }};
+  driver.gives_orientation = true;
+  return driver;
 }
 
 std::unique_ptr<EmSource> make_replay_em_source(const RoomDescription& /*room*/,

@@ -153,16 +153,18 @@ std::optional<Eigen::Vector3d> read_vector(const CsvReader& csv, std::size_t fir
   return Eigen::Vector3d(csv.number(first), csv.number(first + 1), csv.number(first + 2));
 }
 
-void check_quaternion(const CsvReader& csv, bool may_be_empty) {
+/// Where the rotation takes +x: of a 5-DOF coil it means nothing. Not given: NaN.
+Eigen::Vector3d read_x_axis(const CsvReader& csv, bool may_be_empty) {
   const bool empty = csv.is_empty(em_csv::kQw);
   if (may_be_empty && empty) {
-    return;
+    return CoilSample{}.x_axis_em;
   }
   const double w = csv.number(em_csv::kQw);
   const Eigen::Vector3d xyz(csv.number(em_csv::kQx), csv.number(em_csv::kQy), csv.number(em_csv::kQz));
   if (std::abs(std::hypot(w, xyz.norm()) - 1) > kUnitTolerance) {
     csv.refuse(em_csv::kQw, "the quaternion is not of length 1");
   }
+  return Eigen::Quaterniond(w, xyz.x(), xyz.y(), xyz.z()).normalized() * Eigen::Vector3d::UnitX();
 }
 
 CoilSample read_coil(const CsvReader& csv) {
@@ -178,7 +180,7 @@ CoilSample read_coil(const CsvReader& csv) {
     }
     coil.tangent_em = tangent_em->normalized();
   }
-  check_quaternion(csv, may_be_empty);
+  coil.x_axis_em = read_x_axis(csv, may_be_empty);
   coil.indicator = may_be_empty && csv.is_empty(em_csv::kError) ? 0 : csv.number(em_csv::kError);
   return coil;
 }

@@ -71,11 +71,23 @@ std::string vector_fields(const Eigen::Vector3d& v) {
   return v.allFinite() ? exact(v.x()) + "," + exact(v.y()) + "," + exact(v.z()) : ",,";
 }
 
-std::string quaternion_fields(const Eigen::Vector3d& tangent) {
-  if (!tangent.allFinite()) {
+/// The whole rotation where the tracker gave one, else the shortest one that turns +z onto the tangent.
+Eigen::Quaterniond rotation_of(const CoilSample& coil) {
+  constexpr double kMinSine = 0.2;
+  if (!(coil.tangent_em.cross(coil.x_axis_em).norm() > kMinSine)) {  // true for NaN
+    return rotation_from_z_to(coil.tangent_em);
+  }
+  Eigen::Matrix3d axes;
+  const Eigen::Vector3d y = coil.tangent_em.cross(coil.x_axis_em).normalized();
+  axes << y.cross(coil.tangent_em), y, coil.tangent_em;
+  return Eigen::Quaterniond(axes).normalized();
+}
+
+std::string quaternion_fields(const CoilSample& coil) {
+  if (!coil.tangent_em.allFinite()) {
     return ",,,";
   }
-  const Eigen::Quaterniond q = rotation_from_z_to(tangent);
+  const Eigen::Quaterniond q = rotation_of(coil);
   return exact(q.w()) + "," + exact(q.x()) + "," + exact(q.y()) + "," + exact(q.z());
 }
 
@@ -141,7 +153,7 @@ void SequenceWriter::add_measurement(const SequenceMeasurement& measurement) {
     const CoilSample& coil = measurement.coils[static_cast<std::size_t>(i)];
     measurements_ << exact(measurement.t_s) << ',' << measurement.em_frame << ',' << i + 1 << ','
                   << status_word(coil.status) << ',' << vector_fields(coil.p_em_mm) << ','
-                  << vector_fields(coil.tangent_em) << ',' << quaternion_fields(coil.tangent_em) << ','
+                  << vector_fields(coil.tangent_em) << ',' << quaternion_fields(coil) << ','
                   << exact(coil.indicator) << '\n';
   }
 }

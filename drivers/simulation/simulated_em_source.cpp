@@ -75,19 +75,8 @@ ReadOutcome SimulatedEmSource::read(EmFrame& frame) noexcept {
 
 void SimulatedEmSource::measure(std::int64_t k, EmFrame& frame) const noexcept {
   frame.origin = Origin::kSimulated;
-  frame.coil_count = 0;
   frame.coils.fill(CoilSample{});
-  const double t_s = world_.seconds(clock_.taken(k));
-  const auto& instruments = world_.room().instruments;
-  for (std::size_t instrument = 0; instrument < instruments.size(); ++instrument) {
-    for (const CoilPlacement& coil : instruments[instrument].coils) {
-      if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
-        frame.coils[static_cast<std::size_t>(coil.sensor - 1)] =
-            tracker_.measure(world_, static_cast<int>(instrument), coil, k, t_s);
-        frame.coil_count = std::max(frame.coil_count, coil.sensor);
-      }
-    }
-  }
+  frame.coil_count = tracker_.measure_all(world_, k, world_.seconds(clock_.taken(k)), frame.coils);
 }
 
 void SimulatedEmSource::spoil(EmFrame& frame) const noexcept {

@@ -36,6 +36,12 @@ std::vector<KeyDescription> simulation_settings() {
       key::real("swing_deg_s", 10.0, "deg/s", {0.1, 120}, "its speed"),
       key::boolean("announces_pose", true,
                    "each image of a view that moves says how the view stood; false: nothing says so"),
+      key::real("generator_shift_mm", 0.0, "mm", {0, 1000},
+                "the field generator is pushed by so much; 0 = it stays"),
+      key::real("generator_turn_deg", 0.0, "deg", {-180, 180}, "and turned by so much about itself"),
+      key::real("generator_moves_at_s", 5.0, "s", {0, 1e6}, "when it is pushed, s after the epoch"),
+      key::real("generator_push_s", 0.3, "s", {0, 3600}, "how long the push takes"),
+      key::real("generator_drift_mm_s", 0.0, "mm/s", {-100, 100}, "it also drifts, from the epoch on"),
       key::real("pose_noise_deg", 0.1, "deg", {0, 10},
                 "standard deviation of what it says then of the C-arm's angles"),
       key::real("pose_noise_mm", 1.0, "mm", {0, 100}, ".. of where it stands"),
@@ -60,16 +66,19 @@ DriverDescription simulation_driver() {
   const auto settings = [](const SourceContext& context) {
     return context.settings_with_paths({"control_folder", "vessel"});
   };
-  return {"simulation",
-          "a catheter in an aortic arch, without any hardware",
-          Origin::kSimulated,
-          simulation_settings(),
-          [settings](const SourceContext& context) {
-            return make_simulation_em_source(context.room, settings(context));
-          },
-          [settings](const SourceContext& context, int camera_index) {
-            return make_simulation_image_source(context.room, settings(context), camera_index);
-          }};
+  DriverDescription driver{"simulation",
+                           "a catheter in an aortic arch, without any hardware",
+                           Origin::kSimulated,
+                           simulation_settings(),
+                           [settings](const SourceContext& context) {
+                             return make_simulation_em_source(context.room, settings(context));
+                           },
+                           [settings](const SourceContext& context, int camera_index) {
+                             return make_simulation_image_source(context.room, settings(context),
+                                                                 camera_index);
+                           }};
+  driver.gives_orientation = true;
+  return driver;
 }
 
 std::unique_ptr<EmSource> make_simulation_em_source(const RoomDescription& room,

@@ -30,10 +30,10 @@ def point_at(sample, s_mm):
     return [sum(weight * c[axis] for weight, c in zip(weights, nearest)) / 6 for axis in range(3)]
 
 
-def offline_shapes(bed, folder, mode):
-    """frame -> (validity, [(s_mm, point)])."""
+def offline_shapes(bed, folder, mode, arguments=()):
+    """frame -> (validity, [(s_mm, point)]), reconstructed with these further arguments."""
     file = bed.folder / f"{mode}.csv"
-    done = bed.tubectl("reconstruct", str(folder), "--mode", mode, "--out", str(file), timeout_s=300)
+    done = bed.tubectl("reconstruct", str(folder), "--mode", mode, "--out", str(file), *arguments, timeout_s=300)
     check(done.returncode == 0, f"tubectl reconstruct exits {done.returncode}: {done.stderr}")
     shapes = {}
     with open(file, encoding="utf-8", newline="") as rows:
@@ -57,9 +57,9 @@ def replayed_samples(bed, folder, mode):
     return {sample["image_frame"]: sample for sample in subscriber.samples() if sample["is_image_instant"]}
 
 
-def compare(bed, folder, mode):
+def compare(bed, folder, mode, arguments=()):
     """Prints and checks the distance of the two, over frames that were not skipped."""
-    shapes, samples = offline_shapes(bed, folder, mode), replayed_samples(bed, folder, mode)
+    shapes, samples = offline_shapes(bed, folder, mode, arguments), replayed_samples(bed, folder, mode)
     check(set(samples) <= set(shapes), f"frames that are not in the folder: {sorted(set(samples) - set(shapes))}")
     distances, medians, other_word, without_shape = [], {}, [], 0
     for frame, sample in samples.items():

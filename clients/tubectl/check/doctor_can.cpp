@@ -59,10 +59,8 @@ bool some_unit_lets_can_in(const std::filesystem::path& root) {
 
 std::vector<int> sensors_of(const RoomDescription& room) {
   std::vector<int> sensors;
-  for (const InstrumentDescription& instrument : room.instruments) {
-    for (const CoilPlacement& coil : instrument.coils) {
-      sensors.push_back(coil.sensor);
-    }
+  for (const CoilPlacement& coil : tracked_coils(room)) {
+    sensors.push_back(coil.sensor);
   }
   std::sort(sensors.begin(), sensors.end());
   return sensors;

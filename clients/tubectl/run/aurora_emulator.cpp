@@ -55,10 +55,8 @@ struct Measurable {
 
 int sensors_of(const RoomDescription& room) {
   int sensors = 0;
-  for (const InstrumentDescription& instrument : room.instruments) {
-    for (const CoilPlacement& coil : instrument.coils) {
-      sensors = std::max(sensors, coil.sensor);
-    }
+  for (const CoilPlacement& coil : tracked_coils(room)) {
+    sensors = std::max(sensors, coil.sensor);
   }
   return sensors;
 }
@@ -98,15 +96,7 @@ Measurable from_simulation(const RoomDescription& room, const DriverSettings& se
   const auto tracker = std::make_shared<const SimulatedTracker>(*world, settings, 1 / rate_hz);
   const auto motion = [world, tracker](std::uint64_t k, MonotonicTime time) {
     emulator::MeasuredCoils coils;
-    const auto& instruments = world->room().instruments;
-    for (std::size_t instrument = 0; instrument < instruments.size(); ++instrument) {
-      for (const CoilPlacement& coil : instruments[instrument].coils) {
-        if (coil.sensor >= 1 && coil.sensor <= kMaxTrackerCoils) {
-          coils[static_cast<std::size_t>(coil.sensor - 1)] = tracker->measure(
-              *world, static_cast<int>(instrument), coil, static_cast<std::int64_t>(k), world->seconds(time));
-        }
-      }
-    }
+    tracker->measure_all(*world, static_cast<std::int64_t>(k), world->seconds(time), coils);
     return coils;
   };
   return {motion, sensors_of(room)};

@@ -2,8 +2,14 @@
 
 #include <toml++/toml.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
 #include <sstream>
+#include <stdexcept>
 
+#include "drivers/interface/toml_nesting.hpp"
 #include "drivers/replay/room_tables.hpp"
 
 namespace tubed {
@@ -32,11 +38,33 @@ toml::array instruments_of(const Sequence& sequence, const ReplayConfigurationSe
   return instruments;
 }
 
+/// [em.reference] of the folder's reference.toml, as `tubectl simulate --reference` writes it.
+std::optional<toml::table> reference_of(const Sequence& sequence) {
+  const std::filesystem::path file = sequence.folder / "reference.toml";
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    return std::nullopt;
+  }
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  try {
+    if (line_of_too_many_dots(text)) throw std::runtime_error("tables lie too deep in each other");
+    const toml::table parsed = toml::parse(text);
+    const toml::table* const found = parsed["em"]["reference"].as_table();
+    if (found == nullptr) throw std::runtime_error("expected the table [em.reference]");
+    return *found;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(file.string() + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 std::string replay_configuration(const Sequence& sequence, const ReplayConfigurationSettings& settings) {
   toml::table em{{"driver", "replay"}};
   if (sequence.room.registered) em.insert("T_world_em", rows_of(sequence.room.T_world_em));
+  if (const auto reference = reference_of(sequence)) {
+    em.insert("reference", *reference);
+  }
   toml::array cameras;
   for (const CameraCalibration& camera : sequence.room.cameras) {
     toml::table table = table_of(camera);

@@ -116,6 +116,25 @@ std::string mistake_meanings() {
   return words;
 }
 
+void add_reference_options(CommandLine& verb, SimulatedReference& reference) {
+  verb.add_option(
+          "--reference", reference.kind,
+          "What is on the patient: none; sensor: one of 6 degrees of freedom; coils: two 5-DOF coils. "
+          "OUT/reference.toml is then the [em.reference] of a configuration")
+      .is_member({"none", "sensor", "coils"})
+      .capture_default_str();
+  verb.add_option("--generator-moves", reference.shift_mm, "Push the field generator by so many mm, once")
+      .in_range(0.0, 1000.0);
+  verb.add_option("--generator-turns", reference.turn_deg, "and turn it by so many degrees about itself")
+      .in_range(-180.0, 180.0);
+  verb.add_option("--generator-at", reference.at_s, "when, in s; it takes 0.3 s")
+      .in_range(0.0, 1e6)
+      .capture_default_str();
+  verb.add_option("--generator-drifts", reference.drift_mm_s,
+                  "Let it also drift by so many mm/s all the time")
+      .in_range(-100.0, 100.0);
+}
+
 }  // namespace
 
 CommandLine add_simulate(CommandLine app, int& exit_code) {
@@ -163,6 +182,7 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
                   "When --pan, --turn and --zoom begin, s (default: half way through)")
       .in_range(0.0, 1e6);
   verb.add_option("--mistake", options->run.mistakes, mistake_meanings());
+  add_reference_options(verb, options->run.reference);
   verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
   verb.callback([options, &exit_code] {
     options->run.announces_pose = !options->unannounced;

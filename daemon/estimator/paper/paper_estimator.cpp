@@ -117,6 +117,7 @@ void PaperEstimator::estimate(const Observation& observation, TubeEstimate& esti
   const FoundShape found{&spline_, has_shape_ ? &C_ : nullptr, nullptr, shape_time_};
   write_shape(found, instrument_, estimate);
   write_covariance(estimate);
+  add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, found, estimate);
   write_measurements(frame, newest_image_, estimate);
   judge(observation, coils, {true, registered_, shape_.converged, lost_tube_.standing(observation, images_)},

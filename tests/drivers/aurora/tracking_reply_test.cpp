@@ -29,6 +29,15 @@ TEST(CoilAxis, IsTheImageOfZ) {
   EXPECT_LT((coil_axis(q) - turn * Eigen::Vector3d::UnitZ()).norm(), 1e-15);
 }
 
+TEST(SensorXAxis, IsTheImageOfX) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.3, -0.5, 0.2).normalized()));
+  const Quaternion q{turn.w(), turn.x(), turn.y(), turn.z()};
+  EXPECT_LT((sensor_x_axis(q) - turn * Eigen::Vector3d::UnitX()).norm(), 1e-15);
+  HandleReading reading = good_reading();
+  reading.rotation = q;
+  EXPECT_LT((coil_sample(reading).x_axis_em - turn * Eigen::Vector3d::UnitX()).norm(), 1e-15);
+}
+
 TEST(CoilAxis, IsOfUnitLengthWhateverTheRoundingOfTheQuaternion) {
   const Quaternion rounded{0.8157, -0.0068, 0.5783, 0};  // length 0.99992
   EXPECT_NEAR(coil_axis(rounded).norm(), 1, 1e-15);

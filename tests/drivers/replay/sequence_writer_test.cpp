@@ -41,6 +41,24 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(copy.frames[3].geometry->sigma.translation_mm, original.frames[3].geometry->sigma.translation_mm);
 }
 
+TEST(SequenceWriter, TheWholeRotationOfASensorIsKept) {
+  const TemporaryFolder source;
+  write_small_sequence(source);
+  Sequence original = read_sequence(source.path());
+  for (SequenceFrame& frame : original.frames) frame.file.clear();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, -2, 3).normalized()));
+  CoilSample& sensor = original.measurements[0].coils[0];
+  sensor.tangent_em = turn * Eigen::Vector3d::UnitZ();
+  sensor.x_axis_em = turn * Eigen::Vector3d::UnitX();
+  const TemporaryFolder target;
+
+  write_sequence(target.path() / "new", original, {});
+  const CoilSample copy = read_sequence(target.path() / "new").measurements[0].coils[0];
+
+  EXPECT_LT((copy.x_axis_em - sensor.x_axis_em).norm(), 1e-12);
+  EXPECT_LT((copy.tangent_em - sensor.tangent_em).norm(), 1e-12);
+}
+
 TEST(SequenceWriter, ANoteMayHoldAnyCharacter) {
   const TemporaryFolder source;
   write_small_sequence(source);
