@@ -38,7 +38,10 @@ int repetitions() {
 emulator::MeasuredCoils still_coils(std::uint64_t, MonotonicTime) {
   emulator::MeasuredCoils coils;
   for (std::size_t i = 0; i < kCoils; ++i) {
-    coils[i] = {CoilStatus::kOk, {40.0 * static_cast<double>(i), 10, -120}, {0, 0, 1}, 0.1};
+    coils[i].status = CoilStatus::kOk;
+    coils[i].p_em_mm = {40.0 * static_cast<double>(i), 10, -120};
+    coils[i].tangent_em = {0, 0, 1};
+    coils[i].indicator = 0.1;
   }
   return coils;
 }

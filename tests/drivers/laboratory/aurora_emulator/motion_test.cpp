@@ -12,7 +12,9 @@ namespace {
 RecordedCoils row(double t_s, double x_mm) {
   RecordedCoils row;
   row.t_s = t_s;
-  row.coils[0] = {CoilStatus::kOk, {x_mm, 0, 0}, {0, 0, 1}, 0};
+  row.coils[0].status = CoilStatus::kOk;
+  row.coils[0].p_em_mm = {x_mm, 0, 0};
+  row.coils[0].tangent_em = {0, 0, 1};
   return row;
 }
 
