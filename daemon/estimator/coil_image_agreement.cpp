@@ -9,12 +9,13 @@ namespace tubed {
 
 namespace {
 
-constexpr double kNewAfter_mm = 200;        // way of the tube after which the field is another one
-constexpr int kJudgedAtOnce = 4;            // explanations an image
-constexpr double kNearest_mm = 5;           // of an image line to a coil, along the tube
-constexpr double kAcross_mm = 0.3;          // how well the shape is known across an image that shows it
-constexpr double kEnd_px = 2.5;             // how well the end of the tube is seen, along it
-constexpr double kEndMemory_s = 2;          // of how far the image's end lies beyond the shape's
+constexpr double kNewAfter_mm = 200;  // way of the tube after which the field is another one
+constexpr int kJudgedAtOnce = 4;      // explanations an image
+constexpr double kNearest_mm = 5;     // of an image line to a coil, along the tube
+constexpr double kAcross_mm = 0.3;    // how well the shape is known across an image that shows it
+constexpr double kEnd_px = 2.5;       // how well the end of the tube is seen, along it
+constexpr double kEndMemory_s = 2;    // of how far the image's end lies beyond the shape's
+constexpr double kEndSeen_mm = 0.6;   // nearer than that it is not known where the image has the end: 1 px
 constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewhere, whatever explains it
 constexpr double kEndAgrees_mm = 2.5;
 constexpr double kMinEndShare =
@@ -52,6 +53,11 @@ Eigen::MatrixXd shared_by_neighbours(const std::vector<double>& places_mm) {
     }
   }
   return covariance.llt().matrixL();
+}
+
+// Of an axis, where the camera's pose is not known better: it is another one with the next image.
+double pose_variance_mm2(const ViewConstraints& view) {
+  return Eigen::Map<const Eigen::Array3d>(view.pose_sigma.translation_mm.data()).square().maxCoeff();
 }
 
 // Against "as stated", before anything was seen.
@@ -220,7 +226,8 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
     add_coil_to_row(i, p_mm, side, 1);
     row_[kViews + index] =
         across.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-    evidence_.add(row_, side.dot(coil.p_world_mm - p_mm), square(noise_mm) + square(kAcross_mm));
+    evidence_.add(row_, side.dot(coil.p_world_mm - p_mm),
+                  square(noise_mm) + square(kAcross_mm) + pose_variance_mm2(view));
   }
 }
 
@@ -264,7 +271,8 @@ void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confir
   const CameraCalibration& camera = view.camera->calibration();
   row_[kViews + index] =
       -end.normal.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-  evidence_.add(row_, further_mm, square(noise_mm) / used + square(kEnd_px / px_per_mm));
+  evidence_.add(row_, further_mm,
+                square(noise_mm) / used + square(kEnd_px / px_per_mm) + pose_variance_mm2(view));
   end_row_ = row_;
 }
 
@@ -395,7 +403,8 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
     scaled += view.magnification_square * lateral * lateral.transpose();
   }
   M = M * (Eigen::Matrix3d::Identity() + K * M).inverse();
-  return M + scaled + square(beyond_tip_mm_) * tangent_world * tangent_world.transpose();
+  const double along_mm2 = std::max(square(beyond_tip_mm_) - square(kEndSeen_mm), 0.0);
+  return M + scaled + along_mm2 * tangent_world * tangent_world.transpose();
 }
 
 }  // namespace tubed
