@@ -20,7 +20,7 @@ constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewher
 constexpr double kEndAgrees_mm = 2.5;
 constexpr double kMinEndShare =
     0.7;  // of its length that must show: a steep tip is longer or shorter by its depth
-constexpr double kHeld_mm = 0.5;  // what an image leaves open across itself
+constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
 constexpr double kSharedShare = 0.7;  // of what stays of a coil's error, its neighbours' share
 constexpr double kShared_mm = 200;    // along the tube, over which they share it

@@ -194,6 +194,7 @@ class Subscriber:
 
     def stop(self):
         if self.process.poll() is None:
+            os.kill(self.process.pid, signal.SIGCONT)  # what a test has stopped does not end
             self.process.terminate()
             self.process.wait()
         self._reader.join(2)

@@ -82,7 +82,8 @@ def stop_and_continue(daemon, subscriber, seconds):
               f"a shape of before the stop is {sample['validity_name']}")
     first_second = [sample for sample in after if sample["received_monotonic_ns"] <= continued_ns + 1e9]
     say(f"{len(first_second)} samples in the first second after a stop of {seconds:.2f} s")
-    check_timing(len(first_second) <= 32, f"a burst: {len(first_second)} samples in the first second after the stop")
+    # 30 or 31 instants, one at once, one that says EM_STALE, one that was under way; what the stop held back would be 13 and more.
+    check_timing(len(first_second) <= 34, f"a burst: {len(first_second)} samples in the first second after the stop")
     check_timing(len(first_second) >= 25, f"only {len(first_second)} samples in the first second after the stop")
     return stopped_ns, continued_ns
 
