@@ -17,8 +17,11 @@ LOOKS_PAST_MM = 80  # a camera that is believed to be so far beside where it is 
 
 
 def watched(bed, seconds, simulation):
-    """Samples of a daemon whose first view moves, after its first shape with an image."""
-    daemon, subscriber = bed.tracked(bed.simulation(simulation=simulation))
+    """Samples of a daemon whose first view moves, after the first shape at which an image took part. It need not be VALID: a pose that is
+    wrong from the beginning is told."""
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(bed.simulation(simulation=simulation))
+    subscriber.wait_for(lambda sample: sample.get("has_image", False), "a shape with an image", 10)
     from_ns = time.monotonic_ns()
     time.sleep(seconds)
     samples = subscriber.samples(from_ns)
