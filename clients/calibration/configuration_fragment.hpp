@@ -1,5 +1,5 @@
-// What a calibration found, as values of the configuration file: shown as a fragment of TOML, and written into
-// the file when a person has accepted it.
+// What a calibration found, as values of the configuration file: shown as a fragment of TOML, and written
+// into the file when a person has accepted it.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@ namespace tubed {
 
 /// One value and the key that it belongs to.
 struct FoundValue {
-  /// Tables and key, separated by dots; an element of a list of tables by its id or name, or by its number from
-  /// 1, in brackets: "em.T_world_em", "camera[A].c_arm.zoom", "instrument[cath-1].coil[2].offset_from_tip_mm".
-  /// A name is taken before a number.
+  /// Tables and key, separated by dots; an element of a list of tables by its id or name, or by its number
+  /// from 1, in brackets: "em.T_world_em", "camera[A].c_arm.zoom",
+  /// "instrument[cath-1].coil[2].offset_from_tip_mm". A name is taken before a number.
   std::string path;
   SettingValue value;
 };
@@ -56,22 +56,23 @@ struct AcceptedFragment {
   std::vector<ChangedValue> changes;  ///< those of `fragment.values` that differ; empty: `text` is as before
 };
 
-/// Puts the fragment's values into the text of a configuration file: a value that is there is replaced where it
-/// stands, and everything else, comments too, stays as it is; one that is not goes to the end of its table; a
-/// comment above says who found it and when. `file` names the file in messages. Throws FragmentError for text
-/// that is no TOML, for an element of a list that the file does not have (it names those there are), and for
-/// a camera's pose or focal length where [camera.c_arm] makes them. Does not ask whether the result is a valid
-/// configuration.
+/// Puts the fragment's values into the text of a configuration file: a value that is there is replaced where
+/// it stands, and everything else, comments too, stays as it is; one that is not goes to the end of its
+/// table; a comment above says who found it and when. `file` names the file in messages. Throws FragmentError
+/// for text that is no TOML, for an element of a list that the file does not have (it names those there are),
+/// and for a camera's pose or focal length where [camera.c_arm] makes them. Does not ask whether the result
+/// is a valid configuration.
 AcceptedFragment accept(std::string_view configuration, const std::string& file,
                         const ConfigurationFragment& fragment);
 
-/// Reads `file`, puts the fragment in, and returns the result without writing it. Throws FragmentError as above,
-/// for a file that cannot be read, and, with what load_configuration() says, when the result would be no
-/// configuration.
+/// Reads `file`, puts the fragment in, and returns the result without writing it. Throws FragmentError as
+/// above, for a file that cannot be read, and, with what load_configuration() says, when the result would be
+/// no configuration.
 AcceptedFragment accept_into(const std::filesystem::path& file, const ConfigurationFragment& fragment);
 
 /// Replaces `file` by `text` in one step, with its permissions; what it was before is kept beside it, and the
-/// name of that copy is returned. Throws FragmentError when either cannot be written; then `file` is as it was.
+/// name of that copy is returned. Throws FragmentError when either cannot be written; then `file` is as it
+/// was.
 std::filesystem::path replace_configuration(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace tubed

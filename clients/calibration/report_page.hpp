@@ -23,8 +23,8 @@ class ReportPage {
   void text(const std::string& words);
   /// A sentence with a mark before it: a green tick, an amber exclamation mark, a red cross.
   void verdict(Verdict verdict, const std::string& words);
-  /// Columns are as wide as their longest cell asks for; numbers (cells that begin with a digit or a sign) stand
-  /// to the right. Every row has as many cells as `header`. Rows of `marked` are drawn red.
+  /// Columns are as wide as their longest cell asks for; numbers (cells that begin with a digit or a sign)
+  /// stand to the right. Every row has as many cells as `header`. Rows of `marked` are drawn red.
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
              const std::vector<std::size_t>& marked = {});
 
@@ -35,7 +35,8 @@ class ReportPage {
     double width;
     double height;
   };
-  void figure(double height_px, const std::string& caption, const std::function<void(Svg&, const Room&)>& draw);
+  void figure(double height_px, const std::string& caption,
+              const std::function<void(Svg&, const Room&)>& draw);
 
   [[nodiscard]] std::string str() const;
 
@@ -56,7 +57,8 @@ struct Bar {
 void draw_bars(Svg& svg, const ReportPage::Room& room, const std::vector<Bar>& bars, const std::string& unit,
                double limit = 0);
 
-/// A figure of points over an axis each, with ticks and names of the axes; `line` is drawn through its points.
+/// A figure of points over an axis each, with ticks and names of the axes; `line` is drawn through its
+/// points.
 struct PlotSeries {
   std::string name;
   std::string colour;

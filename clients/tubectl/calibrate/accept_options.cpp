@@ -1,0 +1,86 @@
+#include "clients/tubectl/calibrate/accept_options.hpp"
+
+#include <fstream>
+#include <iostream>
+
+#include "clients/tubectl/verbs.hpp"
+
+namespace tubed {
+
+namespace {
+
+void write_file(const std::string& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) {
+    throw std::runtime_error(file + " cannot be written");
+  }
+}
+
+void show(const AcceptedFragment& accepted, const std::string& file) {
+  std::cerr << "\nIn " << file << ":\n";
+  for (const ChangedValue& change : accepted.changes) {
+    std::cerr << "  " << change.path << '\n'
+              << "    is        " << (change.before.empty() ? "not there" : change.before) << '\n'
+              << "    would be  " << change.after << '\n';
+  }
+}
+
+bool is_wanted(const std::string& file) {
+  std::cerr << "Write this into " << file << "? [y/N] " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+void write(const AcceptedFragment& accepted, const std::string& file) {
+  const auto copy = replace_configuration(file, accepted.text);
+  std::cerr << "Written; what it was before is " << copy.string() << ".\n"
+            << "Next: `tubed --check " << file
+            << "`, then `systemctl restart tubed`; a camera's pose alone takes `systemctl reload tubed`.\n";
+}
+
+}  // namespace
+
+void add_accept_options(CommandLine verb, AcceptOptions& options) {
+  const char* const heading = "What becomes of it";
+  verb.add_option("--config", options.config,
+                  "Configuration that takes what was found; shown and asked before")
+      .group(heading);
+  verb.add_flag("--yes", options.yes, "Write into --config without asking").group(heading);
+  verb.add_option("--out", options.out, "File for what was found, as a fragment of TOML").group(heading);
+  verb.add_option("--report", options.report, "File for a page about it, SVG").group(heading);
+}
+
+int offer(const ConfigurationFragment& fragment, const AcceptOptions& options) {
+  const std::string text = to_toml(fragment);
+  std::cout << text << std::flush;
+  if (!options.out.empty()) {
+    write_file(options.out, text);
+  }
+  if (options.config.empty()) {
+    return kExitOk;
+  }
+  const AcceptedFragment accepted = accept_into(options.config, fragment);
+  if (accepted.changes.empty()) {
+    std::cerr << options.config << " says this already.\n";
+    return kExitOk;
+  }
+  show(accepted, options.config);
+  if (!options.yes && !is_wanted(options.config)) {
+    std::cerr << "Nothing was written.\n";
+    return kExitOk;
+  }
+  write(accepted, options.config);
+  return kExitOk;
+}
+
+void write_report(const std::string& svg, const AcceptOptions& options) {
+  if (!options.report.empty()) {
+    write_file(options.report, svg);
+    std::cerr << "The report is " << options.report << ".\n";
+  }
+}
+
+}  // namespace tubed
