@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "daemon/config/checked_table.hpp"
-#include "daemon/config/near_miss.hpp"
+#include "idl/settings/near_miss.hpp"
 #include "idl/printable_text.hpp"
 
 namespace tubed {

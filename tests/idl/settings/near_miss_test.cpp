@@ -1,4 +1,4 @@
-#include "daemon/config/near_miss.hpp"
+#include "idl/settings/near_miss.hpp"
 
 #include <gtest/gtest.h>
 
