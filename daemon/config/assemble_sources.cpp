@@ -1,7 +1,10 @@
+#include <array>
+#include <cstdio>
 #include <map>
 #include <set>
 
 #include "daemon/config/assemble.hpp"
+#include "idl/geometry/rigid_transform.hpp"
 
 namespace tubed {
 
@@ -82,6 +85,26 @@ void warn_of_standing_cameras(const CheckedTable& file, Problems& found) {
   }
 }
 
+void warn_of_a_rounded_rotation(const CheckedTable& table, const char* key, Problems& found) {
+  constexpr double kUsual = 1e-4;
+  const double error = table.has(key) ? orthonormality_error(table.get<Eigen::Matrix4d>(key)) : 0;
+  if (error > kUsual) {
+    std::array<char, 160> words{};
+    std::snprintf(
+        words.data(), words.size(),
+        "its rotation is rounded: R^T R differs from the identity by %.1e; the nearest rotation is used",
+        error);
+    found.push_back({table.at(key).position, table.path_of(key), words.data()});
+  }
+}
+
+void warn_of_rounded_rotations(const CheckedTable& file, Problems& found) {
+  warn_of_a_rounded_rotation(file.one("em"), "T_world_em", found);
+  for (const CheckedTable& camera : file.many("camera")) {
+    warn_of_a_rounded_rotation(camera, "T_camera_world", found);
+  }
+}
+
 }  // namespace
 
 SourceChoice source_choice(const CheckedTable& file, const CheckedTable& owner,
@@ -157,6 +180,7 @@ Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>
   warn_of_shared_sensors(file, found);
   warn_of_unused_tables(file, available, found);
   warn_of_standing_cameras(file, found);
+  warn_of_rounded_rotations(file, found);
   return found;
 }
 

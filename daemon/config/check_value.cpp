@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "daemon/config/checked_table.hpp"
-#include "idl/settings/near_miss.hpp"
 #include "idl/printable_text.hpp"
+#include "idl/settings/near_miss.hpp"
 
 namespace tubed {
 

@@ -3,10 +3,78 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 #include <optional>
 #include <utility>
 
+#include "idl/settings/near_miss.hpp"
+
 namespace tubed {
+
+namespace {
+
+/// The verb that a word is in place of, where there is none of that name.
+struct UnknownVerb {
+  std::string word;
+  std::vector<std::string> verbs;  ///< that could stand there
+  std::string command;             ///< what stands before it: "tubectl calibrate"
+};
+
+/// CLI11 says only that a verb is missing.
+std::optional<UnknownVerb> unknown_verb(const CLI::App& program, int argc, const char* const* argv) {
+  const CLI::App* app = &program;
+  std::string command = program.get_name();
+  for (int i = 1; i < argc && app->get_require_subcommand_min() > 0; ++i) {
+    const std::string word = argv[i];
+    if (word.starts_with("-")) {
+      return {};
+    }
+    std::vector<std::string> verbs;
+    const CLI::App* next = nullptr;
+    for (const CLI::App* verb : app->get_subcommands([](const CLI::App*) { return true; })) {
+      verbs.push_back(verb->get_name());
+      next = verb->get_name() == word ? verb : next;
+    }
+    if (next == nullptr) {
+      return UnknownVerb{word, std::move(verbs), command};
+    }
+    app = next;
+    command += " " + word;
+  }
+  return {};
+}
+
+void refuse(const UnknownVerb& unknown) {
+  const auto near = near_miss(unknown.word, unknown.verbs);
+  std::cerr << unknown.command << ": there is no '" << unknown.word << "'"
+            << (near ? "; did you mean '" + *near + "'?" : std::string()) << " `" << unknown.command
+            << " --help` lists what there is.\n";
+}
+
+/// The verb that was named last.
+const CLI::App& named_verb(const CLI::App& app) {
+  const std::vector<CLI::App*> named = app.get_subcommands();
+  return named.empty() ? app : named_verb(*named.front());
+}
+
+/// For options that no verb has: which one was meant, perhaps.
+void offer_near_options(const CLI::App& program) {
+  std::vector<std::string> options;
+  const CLI::App& verb = named_verb(program);
+  for (const CLI::Option* option : verb.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      options.push_back("--" + name);
+    }
+  }
+  for (const std::string& word : program.remaining(true)) {
+    const auto near = near_miss(word.substr(0, word.find('=')), options);
+    if (word.starts_with("--") && near) {
+      std::cerr << "Did you mean " << *near << " instead of " << word << "?\n";
+    }
+  }
+}
+
+}  // namespace
 
 Argument& Argument::required() {
   option_->required();
@@ -128,9 +196,16 @@ void Program::set_version(const std::string& words) {
 }
 
 std::optional<int> Program::parse(int argc, const char* const* argv) {
+  if (const auto unknown = unknown_verb(*app_, argc, argv)) {
+    refuse(*unknown);
+    return kExitOfUsage;
+  }
   try {
     app_->parse(argc, argv);
     return {};
+  } catch (const CLI::ExtrasError& error) {
+    offer_near_options(*app_);
+    return app_->exit(error) == 0 ? 0 : kExitOfUsage;
   } catch (const CLI::ParseError& error) {
     return app_->exit(error) == 0 ? 0 : kExitOfUsage;
   }

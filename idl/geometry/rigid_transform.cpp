@@ -10,7 +10,7 @@ namespace tubed {
 namespace {
 
 std::string with_number(const char* format, double number) {
-  std::array<char, 160> text{};
+  std::array<char, 240> text{};
   std::snprintf(text.data(), text.size(), format, number);
   return text.data();
 }
@@ -23,10 +23,14 @@ std::string fault_of(const Eigen::Matrix4d& matrix, double tolerance) {
     return with_number("the last row must be 0 0 0 1, it is off by %.3g", last_row_error);
   }
   const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();
-  const double orthonormality_error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (orthonormality_error > tolerance) {
-    return with_number("the 3 x 3 rotation is not orthonormal: R^T R differs from the identity by %.3g",
-                       orthonormality_error);
+  const double error = orthonormality_error(matrix);
+  if (error > tolerance) {
+    const bool is_rounded = error < 0.05;
+    return with_number(
+        is_rounded ? "the 3 x 3 rotation is not orthonormal: R^T R differs from the identity by %.3g; "
+                     "write its numbers with four decimals or more"
+                   : "the 3 x 3 rotation is not orthonormal: R^T R differs from the identity by %.3g",
+        error);
   }
   const double determinant = R.determinant();
   if (determinant < 0) {
@@ -37,6 +41,11 @@ std::string fault_of(const Eigen::Matrix4d& matrix, double tolerance) {
 }
 
 }  // namespace
+
+double orthonormality_error(const Eigen::Matrix4d& matrix) {
+  const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+}
 
 std::optional<RigidTransform> rigid_from_matrix(const Eigen::Matrix4d& matrix, double tolerance,
                                                 std::string& why) {

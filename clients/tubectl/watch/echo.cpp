@@ -13,6 +13,7 @@
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
 #include "clients/tubectl/watch/sample_text.hpp"
+#include "clients/tubectl/watch/silence.hpp"
 #include "idl/printable_text.hpp"
 
 namespace tubed {
@@ -93,15 +94,21 @@ void print_estimate(const TubeSample& sample, bool as_json) {
 
 std::uint64_t echo_estimates(const EchoArguments& arguments) {
   TubeSubscriber subscriber(arguments.subscription, Delivery::kEvery);
+  SilenceTeller silence(arguments.subscription, "echo");
   Budget budget(arguments);
   while (!budget.is_spent()) {
     const TubeNews news = subscriber.wait_for(Budget::wait());
+    if (news.event == TubeEvent::kTimeout) {
+      silence.tell_when_due();
+      continue;
+    }
+    silence.heard();
     if (news.sample != nullptr) {
       print_estimate(*news.sample, arguments.as_json);
       budget.spend_one();
     } else if (news.event == TubeEvent::kRivalSeen || news.event == TubeEvent::kRivalGone) {
       print_rival(news, arguments.as_json);
-    } else if (news.event != TubeEvent::kTimeout) {
+    } else {
       print_event(name_of(news.event), news.instrument_id, arguments.as_json);
     }
   }
@@ -115,11 +122,14 @@ std::uint64_t echo_shm(const EchoArguments& arguments) {
                         .instrument_id = arguments.subscription.instrument_id,
                         .delivery = ShmDelivery::kEvery,
                         .trusted = {}});
+  SilenceTeller silence(arguments.shm_socket, "echo");
   Budget budget(arguments);
   auto sample = std::make_unique<TubeSample>();
   while (!budget.is_spent()) {
     const ShmTubeNews news = reader.wait_for(Budget::wait());
+    silence.tell_when_due();
     if (news.estimate != nullptr) {
+      silence.heard();
       static_assert(sizeof(sample->estimate) == sizeof(*news.estimate));
       std::memcpy(&sample->estimate, news.estimate, sizeof(sample->estimate));
       sample->received_monotonic_ns = news.received_monotonic_ns;
@@ -139,9 +149,12 @@ std::uint64_t echo_shm(const EchoArguments& arguments) {
 template <typename Sample>
 std::uint64_t echo_topic(const EchoArguments& arguments) {
   const auto reader = std::make_unique<TopicReader<Sample>>(arguments.subscription);
+  SilenceTeller silence(arguments.subscription, "echo --topic " + arguments.topic);
   Budget budget(arguments);
   while (!budget.is_spent()) {
+    silence.tell_when_due();
     if (const Sample* sample = reader->wait_for(Budget::wait())) {
+      silence.heard();
       std::cout << (arguments.as_json ? to_json(*sample).dump() : line_of(*sample)) << std::endl;
       budget.spend_one();
     }

@@ -11,6 +11,7 @@
 #include "clients/evaluation/latency_statistics.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/silence.hpp"
 #include "idl/dds_entity.hpp"
 #include "idl/kernel_clock.hpp"
 #include "idl/printable_text.hpp"
@@ -81,9 +82,8 @@ int run_latency(const LatencyArguments& arguments) {
     const StatisticsByInstrument statistics = listen(subscriber, arguments.duration_s);
     print(statistics, arguments);
     if (statistics.empty()) {
-      std::cerr << "tubectl: no estimate in " << arguments.duration_s << " s: is tubed running in domain "
-                << arguments.subscription.domain << " on interface "
-                << arguments.subscription.network_interface << "?\n";
+      std::cerr << "tubectl: no estimate in " << arguments.duration_s << " s\n";
+      SilenceTeller(arguments.subscription, "latency").tell();
       return kExitUnavailable;
     }
     return kExitOk;

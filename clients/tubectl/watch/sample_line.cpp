@@ -34,6 +34,17 @@ std::string latency_text(const tubed_TubeEstimate& estimate, std::int64_t receiv
   return fmt::format("{:.1f} ms since {}", milliseconds, estimate.has_image ? "exposure" : "EM");
 }
 
+// As EmSamples.idl counts them.
+const char* coil_status(std::uint32_t status) {
+  constexpr std::array<const char*, 4> kWords{"missing", "no pose", "out of volume", "disabled"};
+  return status < kWords.size() ? kWords[status] : "unknown status";
+}
+
+std::string registration_text(float residual_mm) {
+  return std::isfinite(residual_mm) ? fmt::format("residual {:.2f} mm", residual_mm)
+                                    : std::string("residual not stated");
+}
+
 // Nothing of what the tracker did not say.
 std::string tracker_text(const tubed_TrackerIdentity& tracker) {
   if (tracker.firmware[0] == '\0' && tracker.control_unit_serial[0] == '\0' && tracker.tool_count == 0) {
@@ -71,11 +82,14 @@ std::int64_t measured_monotonic_ns(const tubed_TubeEstimate& estimate) {
 
 std::string line_of(const tubed_TubeEstimate& estimate, std::int64_t received_monotonic_ns) {
   const Vector3 tip = point_at(estimate, 0);
-  return fmt::format("{:.3f} {} #{} {} {} tip {:.2f} {:.2f} {:.2f} mm sigma {:.2f} mm, {}",
-                     seconds(estimate.valid_time_ns), printable_text(estimate.instrument_id),
-                     estimate.sequence_number, name_of(static_cast<Validity>(estimate.validity)),
-                     names_of(Reasons(estimate.reasons)), tip[0], tip[1], tip[2], sigma_mm_at(estimate, 0),
-                     latency_text(estimate, received_monotonic_ns));
+  const bool has_shape = std::isfinite(tip[0]) && std::isfinite(tip[1]) && std::isfinite(tip[2]);
+  const std::string shape = has_shape ? fmt::format("tip {:.2f} {:.2f} {:.2f} mm sigma {:.2f} mm", tip[0],
+                                                    tip[1], tip[2], sigma_mm_at(estimate, 0))
+                                      : std::string("no shape");
+  return fmt::format("{:.3f} {} #{} {} {} {}, {}", seconds(estimate.valid_time_ns),
+                     printable_text(estimate.instrument_id), estimate.sequence_number,
+                     name_of(static_cast<Validity>(estimate.validity)), names_of(Reasons(estimate.reasons)),
+                     shape, latency_text(estimate, received_monotonic_ns));
 }
 
 std::string line_of(const tubed_EmSamples& samples) {
@@ -85,7 +99,9 @@ std::string line_of(const tubed_EmSamples& samples) {
   const std::size_t count = std::min<std::size_t>(samples.coil_count, std::size(samples.coils));
   for (std::size_t i = 0; i < count; ++i) {
     const tubed_EmCoil& coil = samples.coils[i];
-    line += fmt::format(" | {:.2f} {:.2f} {:.2f}", coil.p_em_mm[0], coil.p_em_mm[1], coil.p_em_mm[2]);
+    line += std::isfinite(coil.p_em_mm[0])
+                ? fmt::format(" | {:.2f} {:.2f} {:.2f}", coil.p_em_mm[0], coil.p_em_mm[1], coil.p_em_mm[2])
+                : std::string(" | ") + coil_status(coil.status);
   }
   return line;
 }
@@ -107,11 +123,11 @@ std::string line_of(const tubed_TubeStatus& status) {
 std::string line_of(const tubed_TubeIdentity& identity) {
   return fmt::format(
       "{} tubed {} mode {} {:.2f} x {:.0f} mm, {} coils, {} cameras, world = {}, axes {}, registration "
-      "{:.2f} mm{}",
+      "{}{}",
       printable_text(identity.instrument_id), printable_text(identity.software_version),
       printable_text(identity.mode), identity.diameter_mm, identity.length_mm, identity.coil_count,
       identity.camera_count, printable_text(identity.world_frame), printable_text(identity.world_axes),
-      identity.registration_residual_mm, tracker_text(identity.tracker));
+      registration_text(identity.registration_residual_mm), tracker_text(identity.tracker));
 }
 
 std::string line_of(const tubed_TubeHealth& health) {

@@ -9,6 +9,7 @@
 #include "clients/cpp/tube_subscriber.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/silence.hpp"
 #include "clients/tubectl/watch/stream_statistics.hpp"
 #include "idl/dds_entity.hpp"
 #include "idl/printable_text.hpp"
@@ -27,7 +28,7 @@ struct StatArguments {
 using StatisticsByInstrument = std::map<std::string, StreamStatistics>;
 
 /// Listens for the time asked for, counted from the first sample; gives up when none comes in that time.
-StatisticsByInstrument listen(TubeSubscriber& subscriber, double duration_s) {
+StatisticsByInstrument listen(TubeSubscriber& subscriber, SilenceTeller& silence, double duration_s) {
   const auto duration =
       std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double>(duration_s));
   StatisticsByInstrument statistics;
@@ -35,8 +36,10 @@ StatisticsByInstrument listen(TubeSubscriber& subscriber, double duration_s) {
   while (steady_clock::now() < until) {
     const TubeNews news = subscriber.wait_for(std::chrono::milliseconds{20});
     if (news.event == TubeEvent::kTimeout) {
+      silence.tell_when_due();
       continue;
     }
+    silence.heard();
     if (statistics.empty()) {
       until = steady_clock::now() + duration;
     }
@@ -83,12 +86,12 @@ void print(const StatisticsByInstrument& statistics, const SubscriberStatus& sta
 int run_stat(const StatArguments& arguments) {
   try {
     TubeSubscriber subscriber(arguments.subscription, Delivery::kEvery);
-    const StatisticsByInstrument statistics = listen(subscriber, arguments.duration_s);
+    SilenceTeller silence(arguments.subscription, "stat");
+    const StatisticsByInstrument statistics = listen(subscriber, silence, arguments.duration_s);
     print(statistics, subscriber.status(), arguments);
     if (statistics.empty()) {
-      std::cerr << "tubectl: no estimate in " << arguments.duration_s << " s: is tubed running in domain "
-                << arguments.subscription.domain << " on interface "
-                << arguments.subscription.network_interface << "?\n";
+      silence.tell();
+      std::cerr << "tubectl: no estimate in " << arguments.duration_s << " s\n";
       return kExitUnavailable;
     }
     return kExitOk;

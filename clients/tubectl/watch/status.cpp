@@ -11,6 +11,7 @@
 #include "clients/cpp/tube_subscriber.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/silence.hpp"
 #include "clients/tubectl/watch/status_line.hpp"
 #include "idl/printable_text.hpp"
 
@@ -79,7 +80,8 @@ int run_status(const StatusArguments& arguments) {
     if (lines.empty()) {
       std::cout << "no estimate in " << arguments.timeout_s << " s: no tubed in domain "
                 << arguments.subscription.domain << " on " << arguments.subscription.network_interface
-                << "\n";
+                << std::endl;
+      SilenceTeller(arguments.subscription, "status").tell();
       return kExitUnavailable;
     }
     return all_valid ? kExitOk : kExitFailed;

@@ -11,6 +11,7 @@
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/silence.hpp"
 #include "clients/tubectl/watch/top_table.hpp"
 
 namespace tubed {
@@ -98,8 +99,7 @@ int run_top(const TopArguments& arguments) {
       const bool heard = watch.next();
       ever_heard = ever_heard || heard;
       if (!ever_heard) {
-        std::cerr << "tubectl: no report in 3 s: is tubed running in domain " << arguments.subscription.domain
-                  << " on interface " << arguments.subscription.network_interface << "?\n";
+        SilenceTeller(arguments.subscription, "top").tell();
         return kExitUnavailable;
       }
       std::cout << (is_terminal ? "\x1b[H\x1b[J" : "") << watch.text() << std::flush;
