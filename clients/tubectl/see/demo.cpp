@@ -3,8 +3,10 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -60,7 +62,9 @@ class Demo {
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
-        health_(Subscription{.domain = scene_.domain}) {}
+        health_(Subscription{.domain = scene_.domain}) {
+    shapes_.waiting = "preparing preset " + options.preset + ", waiting for the first shape ...";
+  }
 
   /// Takes whatever comes within `time`.
   void listen(milliseconds time) {
@@ -159,16 +163,28 @@ bool write_json(const nlohmann::json& report, const std::string& file) {
   return write_file(report.dump(2) + "\n", file);
 }
 
+/// "3.9 ms", or that there was none.
+std::string with_unit(const nlohmann::json& value, const char* unit) {
+  if (!value.is_number()) {
+    return "not measured";
+  }
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.2f %s", value.get<double>(), unit);
+  return text.data();
+}
+
 void print_summary(const nlohmann::json& report) {
-  const auto number = [](const nlohmann::json& value) {
-    return value.is_number() ? value.get<double>() : std::nan("");
-  };
-  const auto& latency = report["latency_ms"];
-  std::cerr << "rate " << number(report["rate_hz"]) << " Hz over " << report["samples"]
-            << " samples, latency p50 " << (latency.is_null() ? std::nan("") : number(latency["p50"]))
-            << " ms p99 " << (latency.is_null() ? std::nan("") : number(latency["p99"]))
-            << " ms\nRMS error: EM only " << number(report["rms_mm"]["em"]) << " mm, fused "
-            << number(report["rms_mm"]["fused"]) << " mm\nvalidity " << report["validity"].dump() << "\n";
+  const nlohmann::json latency =
+      report["latency_ms"].is_null() ? nlohmann::json::object() : report["latency_ms"];
+  std::cerr << "rate " << with_unit(report["rate_hz"], "Hz") << " over " << report["samples"]
+            << " samples, latency p50 " << with_unit(latency.value("p50", nlohmann::json()), "ms") << ", p99 "
+            << with_unit(latency.value("p99", nlohmann::json()), "ms") << "\nRMS error: EM only "
+            << with_unit(report["rms_mm"]["em"], "mm") << ", fused "
+            << with_unit(report["rms_mm"]["fused"], "mm") << "\nvalidity";
+  for (const auto& [word, count] : report["validity"].items()) {
+    std::cerr << ' ' << word << ' ' << count;
+  }
+  std::cerr << '\n';
 }
 
 int write_results(const Demo& demo, const DemoOptions& options, const nlohmann::json& report) {
@@ -178,7 +194,28 @@ int write_results(const Demo& demo, const DemoOptions& options, const nlohmann::
   return json_written && picture_written ? kExitOk : kExitFailed;
 }
 
+// Presets with a chest in the image take half a minute on a slow machine.
+constexpr std::chrono::minutes kMaxPreparation{3};
+
+/// Listens until the first VALID shape; nothing when it has come.
+std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& options) {
+  const auto began = steady_clock::now();
+  while (demo.figures().samples() == 0 && steady_clock::now() < began + kMaxPreparation && interrupted == 0) {
+    demo.listen(milliseconds(200));
+    if (auto ended = demo.daemon().ended(kLastWords)) {
+      return ended;
+    }
+    const auto waited = std::chrono::duration_cast<std::chrono::seconds>(steady_clock::now() - began);
+    std::cerr << "\rpreparing preset " << options.preset << ": " << waited.count() << " s " << std::flush;
+  }
+  std::cerr << "\r\033[K";
+  return {};
+}
+
 int run_headless(Demo& demo, const DemoOptions& options) {
+  if (const auto ended = wait_for_a_shape(demo, options)) {
+    return say_ended(*ended);
+  }
   const auto end = steady_clock::now() + std::chrono::duration<double>(options.headless_s);
   int second = 0;
   while (steady_clock::now() < end && interrupted == 0) {
@@ -265,7 +302,7 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
   auto options = std::make_shared<DemoOptions>();
   CommandLine verb = app.add_subcommand("demo", "See a catheter being tracked, without any hardware");
   verb.add_option("--headless", options->headless_s,
-                  "no picture: run for so many seconds and print a summary")
+                  "no picture: run for so many seconds from the first valid shape on, and print a summary")
       .in_range(1.0, 86400.0);
   verb.add_option("--json", options->json, "write the summary to this file, - for standard output");
   verb.add_option("--picture", options->picture, "draw the last shapes into this file, SVG");

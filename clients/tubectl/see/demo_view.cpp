@@ -59,12 +59,20 @@ std::string format(const char* pattern, Values... values) {
   return text.data();
 }
 
+/// What is neither VALID nor QUESTIONABLE is no shape to look at.
+bool may_be_shown(const tubed_TubeEstimate& estimate) {
+  return estimate.validity == tubed_VALIDITY_VALID || estimate.validity == tubed_VALIDITY_QUESTIONABLE;
+}
+
 void draw_tubes(TerminalCanvas& canvas, const Projection2d& view, const DemoFigures& figures,
                 const DemoShapes& shapes) {
   const tubed_TubeEstimate& fused = *shapes.fused;
   view.draw(canvas, figures.truth_at(fused.valid_time_monotonic_ns), kGrey);
-  if (shapes.em) {
+  if (shapes.em && may_be_shown(*shapes.em)) {
     view.draw(canvas, DemoFigures::centreline_of(*shapes.em), kRed);
+  }
+  if (!may_be_shown(fused)) {
+    return;
   }
   const SampledCentreline centreline = DemoFigures::centreline_of(fused);
   view.draw(canvas, centreline, colour_of(fused.validity));
@@ -80,13 +88,13 @@ void draw_tubes(TerminalCanvas& canvas, const Projection2d& view, const DemoFigu
 std::vector<std::string> text_lines(const DemoFigures& figures, const DemoShapes& shapes) {
   std::vector<std::string> lines;
   if (!shapes.fused) {
-    lines.push_back("waiting for the first shape ...");
+    lines.push_back(shapes.waiting);
     return lines;
   }
   const tubed_TubeEstimate& e = *shapes.fused;
   lines.push_back("validity   " +
                   coloured(std::string(name_of(static_cast<Validity>(e.validity))), colour_of(e.validity)) +
-                  "  " + names_of(Reasons(e.reasons)));
+                  "  " + names_of(Reasons(e.reasons)) + (may_be_shown(e) ? "" : ": not shown"));
   lines.push_back(format("rate       %5.1f Hz       sample %llu", figures.recent_rate_hz(),
                          static_cast<unsigned long long>(e.sequence_number)));
   lines.push_back(format("latency    p50 %5.1f ms   p99 %5.1f ms   (exposure to here)",

@@ -30,6 +30,7 @@ struct DemoShapes {
   std::optional<tubed_TubeEstimate> em;
   std::string notice;  ///< what the subscriber was told last, e.g. "deadline missed"
   std::string faults;  ///< what is switched on by keys
+  std::string waiting{"waiting for the first shape ..."};  ///< said before it
 };
 
 /// The whole picture as text: two projections of the tube (as the camera sees it, and from the side),
