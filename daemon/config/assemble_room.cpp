@@ -1,3 +1,4 @@
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <charconv>
 #include <map>
@@ -161,6 +162,65 @@ void check_unique(const std::vector<CheckedTable>& tables, const std::string& ke
   }
 }
 
+void check_belongs_to_registration(const CheckedTable& em, Problems& problems) {
+  for (const char* const key : {"registration_residual_mm", "registration_covariance",
+                                "registration_centre_mm", "registration_date"}) {
+    if (em.has(key) && em.at("T_world_em").state == ValueState::kAbsent) {
+      problems.push_back({em.at(key).position, em.path_of(key),
+                          "means nothing without em.T_world_em: expected both or neither"});
+    }
+  }
+}
+
+/// Why the matrix is no covariance; empty when it is one. Turns and shifts differ by orders of magnitude, so
+/// that eigenvalues are those of the correlations.
+std::string refusal(const RegistrationCovariance& covariance) {
+  constexpr double kTolerance = 1e-6;  // a person writes seven digits
+  const Eigen::Matrix<double, 6, 1> variances = covariance.diagonal();
+  if (variances.minCoeff() < 0) {
+    return "expected variances of 0 and more on the diagonal, found " + to_toml(variances.minCoeff());
+  }
+  RegistrationCovariance correlation = covariance;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    for (Eigen::Index j = 0; j < 6; ++j) {
+      const double scale = std::sqrt(variances(i) * variances(j));
+      if (scale == 0 && covariance(i, j) != 0) {
+        return "expected a positive semidefinite matrix: a variance is 0, and a number in its row is not";
+      }
+      correlation(i, j) = scale == 0 ? 0 : covariance(i, j) / scale;
+    }
+  }
+  const double least =
+      Eigen::SelfAdjointEigenSolver<RegistrationCovariance>(correlation, Eigen::EigenvaluesOnly)
+          .eigenvalues()(0);
+  return least >= -kTolerance ? ""
+                              : "expected a positive semidefinite matrix, found an eigenvalue of " +
+                                    to_toml(least) + " (of its correlations)";
+}
+
+std::optional<RegistrationQuality> registration_quality(const CheckedTable& em, Problems& problems) {
+  const std::string kCovariance = "registration_covariance";
+  const std::string kCentre = "registration_centre_mm";
+  const auto is_absent = [&](const std::string& key) { return em.at(key).state == ValueState::kAbsent; };
+  if (is_absent(kCovariance) != is_absent(kCentre)) {
+    const std::string& given = is_absent(kCovariance) ? kCentre : kCovariance;
+    const std::string& missing = is_absent(kCovariance) ? kCovariance : kCentre;
+    problems.push_back({em.at(given).position, em.path_of(given),
+                        "means nothing without em." + missing + ": expected both or neither"});
+  }
+  if (!em.has(kCovariance)) {
+    return std::nullopt;
+  }
+  RegistrationQuality quality;
+  quality.covariance = from_upper_triangle(em.get<std::vector<double>>(kCovariance));
+  const std::string why = refusal(quality.covariance);
+  if (!why.empty()) {
+    problems.push_back({em.at(kCovariance).position, em.path_of(kCovariance), why});
+  }
+  quality.centre_world_mm = Eigen::Map<const Eigen::Vector3d>(em.get<std::vector<double>>(kCentre).data());
+  return quality;
+}
+
 }  // namespace
 
 RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems& problems) {
@@ -180,9 +240,10 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems) {
   RoomDescription room;
   room.registered = em.has("T_world_em");
   room.T_world_em = rigid(em, "T_world_em", problems);
-  if (em.has("registration_residual_mm") && em.at("T_world_em").state == ValueState::kAbsent) {
-    problems.push_back({em.at("registration_residual_mm").position, "em.registration_residual_mm",
-                        "means nothing without em.T_world_em: expected both or neither"});
+  check_belongs_to_registration(em, problems);
+  room.registration_quality = registration_quality(em, problems);
+  if (em.has("registration_date")) {
+    room.registration_date = em.get<std::string>("registration_date");
   }
   for (const CheckedTable& camera : file.many("camera")) {
     room.cameras.push_back(camera_calibration(camera, problems));

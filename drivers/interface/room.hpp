@@ -10,6 +10,7 @@
 
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/reference_description.hpp"
+#include "drivers/interface/registration_quality.hpp"
 #include "idl/estimate.hpp"
 #include "idl/geometry/camera.hpp"
 #include "idl/geometry/rigid_transform.hpp"
@@ -74,13 +75,37 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
                   "from the tip, the part whose shape is asked for")};
 }
 
-/// The registration's keys in [em]; both are checked and set by whoever reads them.
+/// The registration's keys in [em]; all are checked and set by whoever reads them.
 inline std::vector<KeyDescription> registration_keys() {
-  return {key::optional(key::transform("T_world_em",
-                                       "registration p_world = T_world_em * p_em; left out = not registered"),
-                        "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"),
-          key::optional(key::real("registration_residual_mm", 1.0, "mm", {0, 100},
-                                  "RMS residual of the registration; left out = not stated"))};
+  constexpr double kMaxPlace_mm = 1e4;
+  constexpr double kMaxCovariance = 1e6;
+  return {
+      key::optional(
+          key::transform("T_world_em", "registration p_world = T_world_em * p_em; left out = not registered"),
+          "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"),
+      key::optional(key::real("registration_residual_mm", 1.0, "mm", {0, 100},
+                              "RMS residual of the registration; left out = not stated")),
+      key::optional({.name = "registration_covariance",
+                     .default_value = upper_triangle(
+                         Eigen::Matrix<double, 6, 1>(1e-5, 1e-5, 1e-5, 0.04, 0.04, 0.04).asDiagonal()),
+                     .unit = "rad^2, rad mm, mm^2",
+                     .minimum = -kMaxCovariance,
+                     .maximum = kMaxCovariance,
+                     .minimum_count = kRegistrationCovarianceCount,
+                     .maximum_count = kRegistrationCovarianceCount,
+                     .meaning = "how well T_world_em is known: the upper triangle by rows of the 6 x 6 "
+                                "covariance of a small turn w (rad), then shift v (mm), world axes, p_true = "
+                                "p + w x (p - c) + v; `tubectl register` finds it"}),
+      key::optional({.name = "registration_centre_mm",
+                     .default_value = std::vector<double>{0, 0, 0},
+                     .unit = "mm",
+                     .minimum = -kMaxPlace_mm,
+                     .maximum = kMaxPlace_mm,
+                     .minimum_count = 3,
+                     .maximum_count = 3,
+                     .meaning = "c of registration_covariance, in the world: the centre of the markers"}),
+      key::optional(key::text("registration_date", "2026-01-31 14:05", {.maximum_bytes = 64},
+                              "when the registration was made"))};
 }
 
 struct RoomDescription {
@@ -89,6 +114,8 @@ struct RoomDescription {
   std::vector<CameraCalibration> cameras;
   std::vector<InstrumentDescription> instruments;
   std::optional<ReferenceDescription> reference = std::nullopt;  ///< not given: T_world_em is constant
+  std::optional<RegistrationQuality> registration_quality = std::nullopt;  ///< not given: not stated
+  std::string registration_date = {};  ///< in the words of whoever made it; empty: not stated
 };
 
 /// What a tracker has to measure for the room: the coils of all instruments, then the sensors of the

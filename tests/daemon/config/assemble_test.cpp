@@ -251,6 +251,25 @@ TEST(Assemble, AResidualBelongsToARegistration) {
             std::string::npos);
 }
 
+TEST(Assemble, HowWellARegistrationIsKnownReachesTheRoom) {
+  // 2 x 10^-6 rad^2 about z, 0.09 mm^2 along each axis, and the turn about z moves along x.
+  const std::string quality =
+      "registration_covariance = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2e-6, 3e-4, 0, 0, 0.09, 0, 0, 0.09, 0, "
+      "0.09]\n"
+      "registration_centre_mm = [10, 20, 30]\nregistration_date = \"2026-01-31 14:05\"\n";
+
+  const RoomDescription room =
+      parse_configuration(base_with("T_world_em", quality + "T_world_em"), "room.toml").room;
+  const RoomDescription silent = parse_configuration(base(), "room.toml").room;
+
+  ASSERT_TRUE(room.registration_quality);
+  EXPECT_EQ(room.registration_quality->centre_world_mm, Eigen::Vector3d(10, 20, 30));
+  EXPECT_EQ(room.registration_quality->covariance(2, 3), 3e-4);
+  EXPECT_EQ(room.registration_quality->covariance(3, 2), 3e-4);
+  EXPECT_EQ(room.registration_date, "2026-01-31 14:05");
+  EXPECT_FALSE(silent.registration_quality);
+}
+
 TEST(Assemble, RealSourcesBesideInventedOnesAreAllowedAndSaid) {
   std::vector<DriverDescription> available = drivers();
   available.push_back(available.back());
