@@ -84,6 +84,12 @@ CalibrationFinding check_mirrored(const MarkerPairs& pairs, const MarkerRegistra
   const double likelier = log_ratio(as_stated_mm2, mirrored_mm2, registration.degrees_of_freedom);
   const std::string evidence = formatted("residuals of %.2f mm RMS as they are, %.2f mm in a mirror",
                                          registration.fre_mm, fre_of(mirrored_mm2, pairs.size()));
+  // Two exchanged markers near a plane fit better in a mirror, too: the likelier explanation is told.
+  const auto other = likelier > kLogEvidence ? best_other_order(pairs, likelier) : std::nullopt;
+  if (other && other->log_likelihood_ratio - other->log_alternatives > likelier) {
+    return {"handedness", Verdict::kGood, evidence + ", but another order of the markers fits better still",
+            ""};
+  }
   if (likelier > kLogEvidence) {
     return {"handedness", Verdict::kBad, evidence,
             "one file has left-handed coordinates: one axis, or all three, has the wrong sign. Between LPS "
