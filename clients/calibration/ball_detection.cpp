@@ -89,7 +89,10 @@ std::vector<Candidate> candidates(const std::vector<Layer>& layers, float sign) 
         if (response > least && is_extremum(layers, l, x, y, sign)) {
           // Between sigma and kScaleStep sigma lies the Laplacian's scale.
           const double radius_px = layer.sigma_px * std::sqrt(kScaleStep) * std::numbers::sqrt2;
-          found.push_back({{x, y}, radius_px, response / std::max(layer.noise, 1e-9), response * static_cast<double>(sign)});
+          found.push_back({{x, y},
+                           radius_px,
+                           response / std::max(layer.noise, 1e-9),
+                           response * static_cast<double>(sign)});
         }
       }
     }
@@ -119,7 +122,8 @@ std::vector<FoundBall> find_discs(const GreyPicture& picture, const std::vector<
                                     -kContrastOfResponse * candidate.response);
     if (!disc || !looks_like_a_ball(*disc, look, sign)) continue;
     const bool is_known = std::any_of(balls.begin(), balls.end(), [&](const FoundBall& ball) {
-      return (ball.p_image_px - disc->p_image_px).norm() < 0.5 * std::max(ball.diameter_px, 2 * disc->radius_px);
+      return (ball.p_image_px - disc->p_image_px).norm() <
+             0.5 * std::max(ball.diameter_px, 2 * disc->radius_px);
     });
     if (!is_known) {
       balls.push_back({disc->p_image_px, 2 * disc->radius_px, disc->contrast, disc->noise, disc->sigma_px});

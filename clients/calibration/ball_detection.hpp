@@ -25,9 +25,9 @@ struct BallLook {
   double max_diameter_px = 40;
 };
 
-/// Finds discs by the extrema of differences of Gaussians over place and scale (Lindeberg, IJCV 30, 1998), and
-/// fits a soft disc to each. Strongest contrast to noise first. Balls cut by the border or overlapping each
-/// other are left out.
+/// Finds discs by the extrema of differences of Gaussians over place and scale (Lindeberg, IJCV 30, 1998),
+/// and fits a soft disc to each. Strongest contrast to noise first. Balls cut by the border or overlapping
+/// each other are left out.
 std::vector<FoundBall> find_balls(const GreyPicture& picture, const BallLook& look = {});
 
 }  // namespace tubed

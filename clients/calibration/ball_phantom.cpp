@@ -1,5 +1,6 @@
 #include "clients/calibration/ball_phantom.hpp"
 
+#include <toml++/toml.h>
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
@@ -7,7 +8,6 @@
 #include <numbers>
 #include <set>
 #include <sstream>
-#include <toml++/toml.h>
 
 namespace tubed {
 
@@ -76,13 +76,14 @@ void check_units(const BallPhantom& phantom, const std::string& file) {
   for (const PhantomBall& ball : phantom.balls) diameter_mm = std::max(diameter_mm, ball.diameter_mm);
   const double across_mm = 4 * phantom.extents_mm()[0];  // about its length
   if (across_mm < 15 || diameter_mm < 0.3) {
-    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) + " long and its largest ball " +
-                           in_mm(diameter_mm) +
+    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) +
+                           " long and its largest ball " + in_mm(diameter_mm) +
                            " wide; all numbers are mm (are these inches or metres? 1 inch is 25.4 mm)");
   }
   if (across_mm > 1500 || diameter_mm > 40) {
-    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) + " long and its largest ball " +
-                           in_mm(diameter_mm) + " wide; all numbers are mm (are these micrometres?)");
+    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) +
+                           " long and its largest ball " + in_mm(diameter_mm) +
+                           " wide; all numbers are mm (are these micrometres?)");
   }
 }
 
@@ -114,7 +115,8 @@ BallPhantom parse_ball_phantom(std::string_view text, const std::string& file) {
     }
     phantom.name = table["name"].value_or(std::string("phantom"));
     const toml::array* const balls = table["balls"].as_array();
-    if (balls == nullptr) throw CalibrationError(file + ": has no list balls = [[\"L1\", x, y, z, diameter], ...]");
+    if (balls == nullptr)
+      throw CalibrationError(file + ": has no list balls = [[\"L1\", x, y, z, diameter], ...]");
     for (std::size_t i = 0; i < balls->size(); ++i) {
       phantom.balls.push_back(ball_from((*balls)[i], file + ": ball " + std::to_string(i + 1)));
     }
@@ -152,7 +154,8 @@ std::string to_toml(const BallPhantom& phantom) {
     const Eigen::Matrix4d& T = phantom.T_world_phantom.matrix();
     text << "T_world_phantom = [";
     for (int i = 0; i < 4; ++i) {
-      text << (i == 0 ? "[" : ", [") << T(i, 0) << ", " << T(i, 1) << ", " << T(i, 2) << ", " << T(i, 3) << "]";
+      text << (i == 0 ? "[" : ", [") << T(i, 0) << ", " << T(i, 1) << ", " << T(i, 2) << ", " << T(i, 3)
+           << "]";
     }
     text << "]\n";
   }
@@ -176,9 +179,10 @@ BallPhantom helix_phantom() {
     const double part = static_cast<double>(i) / (kBalls - 1);
     const double angle = 2 * std::numbers::pi * kTurns * part;
     const bool is_large = large.count(i) > 0;
-    phantom.balls.push_back({(is_large ? "L" : "S") + std::to_string(i + 1),
-                             {kRadius_mm * std::cos(angle), kRadius_mm * std::sin(angle), kHeight_mm * (part - 0.5)},
-                             is_large ? kLarge_mm : kSmall_mm});
+    phantom.balls.push_back(
+        {(is_large ? "L" : "S") + std::to_string(i + 1),
+         {kRadius_mm * std::cos(angle), kRadius_mm * std::sin(angle), kHeight_mm * (part - 0.5)},
+         is_large ? kLarge_mm : kSmall_mm});
   }
   return phantom;
 }

@@ -21,7 +21,8 @@ struct GreyPicture {
   std::vector<float> pixels;
 
   [[nodiscard]] float at(int x, int y) const {
-    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
   }
   /// As it looks from the other side: each row read from right to left.
   [[nodiscard]] GreyPicture mirrored() const;

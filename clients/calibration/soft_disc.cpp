@@ -34,8 +34,7 @@ double model(const Numbers& n, const Pixel& pixel, Numbers& J) {
   const double d_rho = n[kContrast] * (bowl * edge_slope - 2 * n[kHollow] * rho / (r * r) * edge);
   J[kX] = -d_rho * dx / rho - n[kSlopeX];
   J[kY] = -d_rho * dy / rho - n[kSlopeY];
-  J[kRadius] =
-      n[kContrast] * (-bowl * edge_slope + 2 * n[kHollow] * rho * rho / (r * r * r) * edge);
+  J[kRadius] = n[kContrast] * (-bowl * edge_slope + 2 * n[kHollow] * rho * rho / (r * r * r) * edge);
   J[kSoftness] = -n[kContrast] * bowl * edge_slope * (rho - r) / s;
   J[kHollow] = -n[kContrast] * rho * rho / (r * r) * edge;
   J[kContrast] = bowl * edge;
@@ -55,7 +54,8 @@ double sum_of_squares(const std::vector<Pixel>& pixels, const Numbers& n) {
   return sum;
 }
 
-std::vector<Pixel> pixels_within(const GreyPicture& picture, const Eigen::Vector2d& centre_px, double reach_px) {
+std::vector<Pixel> pixels_within(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
+                                 double reach_px) {
   std::vector<Pixel> pixels;
   const int left = static_cast<int>(std::ceil(centre_px.x() - reach_px));
   const int top = static_cast<int>(std::ceil(centre_px.y() - reach_px));

@@ -17,10 +17,10 @@ struct SoftDisc {
   double radius_px = 0;
   double softness_px = 0;
   double hollow = 0;
-  double contrast = 0;      ///< grey levels; negative: darker than around it
-  double noise = 0;         ///< standard deviation of what the disc leaves of the pixels, grey levels
-  double explained = 0;     ///< part of the pixels' variance about an even slope that the disc explains, <= 1
-  double sigma_px = 0;      ///< of the centre along either axis, if pixels were independent
+  double contrast = 0;   ///< grey levels; negative: darker than around it
+  double noise = 0;      ///< standard deviation of what the disc leaves of the pixels, grey levels
+  double explained = 0;  ///< part of the pixels' variance about an even slope that the disc explains, <= 1
+  double sigma_px = 0;   ///< of the centre along either axis, if pixels were independent
 };
 
 /// Fits the pixels within `reach_px` of the centre by Levenberg's and Marquardt's method from a first guess.
