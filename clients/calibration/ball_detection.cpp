@@ -112,6 +112,33 @@ bool looks_like_a_ball(const SoftDisc& disc, const BallLook& look, float sign) {
          disc.softness_px < std::max(1.6, 0.55 * disc.radius_px);
 }
 
+/// Once more for those that have a neighbour within the pixels of their fit, which count no longer then.
+void fit_beside_neighbours(const GreyPicture& picture, std::vector<FoundBall>& balls) {
+  const std::vector<FoundBall> before = balls;
+  for (FoundBall& ball : balls) {
+    const double reach_px = 0.7 * ball.diameter_px + 3;
+    std::vector<OtherDisc> others;
+    double gap_px = reach_px;
+    for (const FoundBall& other : before) {
+      const double distance_px = (other.p_image_px - ball.p_image_px).norm();
+      constexpr double kEdge_px = 2;  // softness of a shadow's edge
+      if (distance_px > 0 && distance_px < reach_px + other.diameter_px / 2 + kEdge_px) {
+        others.push_back({other.p_image_px, other.diameter_px / 2 + kEdge_px});
+        gap_px = std::min(gap_px, distance_px - (other.diameter_px + ball.diameter_px) / 2);
+      }
+    }
+    if (others.empty()) continue;
+    const auto disc = fit_soft_disc(picture, ball.p_image_px, ball.diameter_px / 2, ball.contrast, others);
+    if (disc && gap_px > 1) {
+      ball.p_image_px = disc->p_image_px;
+      ball.sigma_px = disc->sigma_px;
+    } else {
+      constexpr double kTouching_px = 0.5;
+      ball.sigma_px = std::hypot(ball.sigma_px, kTouching_px);
+    }
+  }
+}
+
 /// Discs of one polarity.
 std::vector<FoundBall> find_discs(const GreyPicture& picture, const std::vector<Layer>& layers,
                                   const BallLook& look, float sign) {
@@ -143,7 +170,9 @@ std::vector<FoundBall> find_balls(const GreyPicture& picture, const BallLook& lo
   std::vector<FoundBall> bright;
   if (look.polarity != BallLook::Polarity::kBright) dark = find_discs(picture, layers, look, 1);
   if (look.polarity != BallLook::Polarity::kDark) bright = find_discs(picture, layers, look, -1);
-  return bright.size() > dark.size() ? bright : dark;
+  std::vector<FoundBall>& balls = bright.size() > dark.size() ? bright : dark;
+  fit_beside_neighbours(picture, balls);
+  return balls;
 }
 
 }  // namespace tubed

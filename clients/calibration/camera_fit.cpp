@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace tubed {
@@ -71,6 +72,13 @@ struct PrincipalPrior {
   }
 };
 
+/// Without what the model does not have.
+Intrinsics within(Intrinsics first, const IntrinsicsModel& model) {
+  if (!model.aspect) first.aspect = 1;
+  std::fill(first.distortion.begin() + model.distortion_terms, first.distortion.end(), 0.0);
+  return first;
+}
+
 std::vector<int> constant_numbers(const IntrinsicsModel& model) {
   std::vector<int> constant;
   if (!model.focal) constant.push_back(kFx);
@@ -94,7 +102,7 @@ class Fit {
  public:
   Fit(const Intrinsics& first, const std::vector<PointView>& views, const IntrinsicsModel& model,
       Residuals residuals, double noise_factor)
-      : views_(views), model_(model), intrinsics_(numbers_of(first)), moves_(views.size()) {
+      : views_(views), model_(model), intrinsics_(numbers_of(within(first, model))), moves_(views.size()) {
     ceres::LossFunction* const loss = residuals == Residuals::kRobust ? new ceres::CauchyLoss(2.0) : nullptr;
     for (std::size_t i = 0; i < views.size(); ++i) {
       pivots_mm_.push_back(mean_depth_mm(views[i]));

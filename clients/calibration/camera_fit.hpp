@@ -35,7 +35,8 @@ struct Intrinsics {
   static constexpr int kNumbers = 9;  ///< in this order
 };
 
-/// What is fitted beside the poses; the rest stays as it was given.
+/// What is fitted beside the poses. Focal length and principal point otherwise stay as they were given,
+/// pixels are square, and there is no distortion.
 struct IntrinsicsModel {
   bool focal = true;
   bool aspect = false;

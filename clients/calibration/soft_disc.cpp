@@ -55,7 +55,7 @@ double sum_of_squares(const std::vector<Pixel>& pixels, const Numbers& n) {
 }
 
 std::vector<Pixel> pixels_within(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
-                                 double reach_px) {
+                                 double reach_px, const std::vector<OtherDisc>& others) {
   std::vector<Pixel> pixels;
   const int left = static_cast<int>(std::ceil(centre_px.x() - reach_px));
   const int top = static_cast<int>(std::ceil(centre_px.y() - reach_px));
@@ -64,7 +64,11 @@ std::vector<Pixel> pixels_within(const GreyPicture& picture, const Eigen::Vector
   if (left < 0 || top < 0 || right >= picture.width || bottom >= picture.height) return pixels;
   for (int y = top; y <= bottom; ++y) {
     for (int x = left; x <= right; ++x) {
-      if ((Eigen::Vector2d(x, y) - centre_px).norm() <= reach_px) {
+      const Eigen::Vector2d at(x, y);
+      const bool is_other = std::any_of(others.begin(), others.end(), [&](const OtherDisc& other) {
+        return (at - other.p_image_px).norm() < other.radius_px;
+      });
+      if (!is_other && (at - centre_px).norm() <= reach_px) {
         pixels.push_back({static_cast<double>(x), static_cast<double>(y), picture.at(x, y)});
       }
     }
@@ -161,7 +165,8 @@ double centre_sigma(const std::vector<Pixel>& pixels, const Numbers& n, double n
 }  // namespace
 
 std::optional<SoftDisc> fit_soft_disc(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
-                                      double radius_px, double contrast) {
+                                      double radius_px, double contrast,
+                                      const std::vector<OtherDisc>& others) {
   Numbers n = Numbers::Zero();
   n[kX] = centre_px.x();
   n[kY] = centre_px.y();
@@ -174,7 +179,7 @@ std::optional<SoftDisc> fit_soft_disc(const GreyPicture& picture, const Eigen::V
   constexpr int kPasses = 2;  // the second with pixels around what the first found
   for (int pass = 0; pass < kPasses; ++pass) {
     const double reach_px = 1.35 * n[kRadius] + 3;
-    pixels = pixels_within(picture, n.head<2>(), reach_px);
+    pixels = pixels_within(picture, n.head<2>(), reach_px, others);
     if (pixels.size() < 2 * kNumbers) return std::nullopt;
     double sum = 0;
     for (const Pixel& pixel : pixels) sum += pixel.grey;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "clients/calibration/grey_picture.hpp"
 
@@ -23,10 +24,17 @@ struct SoftDisc {
   double sigma_px = 0;   ///< of the centre along either axis, if pixels were independent
 };
 
-/// Fits the pixels within `reach_px` of the centre by Levenberg's and Marquardt's method from a first guess.
+/// Part of an image that shows something else.
+struct OtherDisc {
+  Eigen::Vector2d p_image_px;
+  double radius_px = 0;
+};
+
+/// Fits the pixels around the centre by Levenberg's and Marquardt's method from a first guess.
 /// Nothing when they reach beyond the picture, when the fit does not settle, or its centre leaves the first
-/// guess by more than its radius (or 1.5 px).
+/// guess by more than its radius (or 1.5 px). Pixels of `others` do not count.
 std::optional<SoftDisc> fit_soft_disc(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
-                                      double radius_px, double contrast);
+                                      double radius_px, double contrast,
+                                      const std::vector<OtherDisc>& others = {});
 
 }  // namespace tubed
