@@ -24,11 +24,11 @@ PhantomBall ball_from(const toml::node& node, const std::string& where) {
   const auto number = [&](std::size_t i) { return (*row)[i].value<double>(); };
   if (row == nullptr || row->size() != 5 || !(*row)[0].value<std::string>() || !number(1) || !number(2) ||
       !number(3) || !number(4)) {
-    throw CalibrationError(where + ": expected [\"name\", x, y, z, diameter] with four numbers in mm");
+    throw PhantomError(where + ": expected [\"name\", x, y, z, diameter] with four numbers in mm");
   }
   PhantomBall ball{*(*row)[0].value<std::string>(), {*number(1), *number(2), *number(3)}, *number(4)};
   if (!ball.p_phantom_mm.allFinite() || !(ball.diameter_mm > 0) || !std::isfinite(ball.diameter_mm)) {
-    throw CalibrationError(where + ": place and diameter have to be numbers, the diameter above 0");
+    throw PhantomError(where + ": place and diameter have to be numbers, the diameter above 0");
   }
   return ball;
 }
@@ -41,14 +41,14 @@ RigidTransform transform_from(const toml::node& node, const std::string& file) {
     for (std::size_t j = 0; j < 4; ++j) {
       const auto value =
           row != nullptr && row->size() == 4 ? (*row)[j].value<double>() : std::optional<double>();
-      if (!value) throw CalibrationError(file + ": T_world_phantom: expected 4 rows of 4 numbers");
+      if (!value) throw PhantomError(file + ": T_world_phantom: expected 4 rows of 4 numbers");
       matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = *value;
     }
   }
   std::string why;
   constexpr double kTolerance = 1e-4;
   const auto transform = rigid_from_matrix(matrix, kTolerance, why);
-  if (!transform) throw CalibrationError(file + ": T_world_phantom: " + why);
+  if (!transform) throw PhantomError(file + ": T_world_phantom: " + why);
   return *transform;
 }
 
@@ -57,14 +57,14 @@ void check_pairs(const BallPhantom& phantom, const std::string& file) {
   for (std::size_t i = 0; i < phantom.balls.size(); ++i) {
     const PhantomBall& ball = phantom.balls[i];
     if (!names.insert(ball.name).second) {
-      throw CalibrationError(file + ": two balls are named \"" + ball.name + "\"");
+      throw PhantomError(file + ": two balls are named \"" + ball.name + "\"");
     }
     for (std::size_t j = 0; j < i; ++j) {
       const PhantomBall& other = phantom.balls[j];
       const double distance_mm = (ball.p_phantom_mm - other.p_phantom_mm).norm();
       if (distance_mm < (ball.diameter_mm + other.diameter_mm) / 2) {
-        throw CalibrationError(file + ": balls \"" + other.name + "\" and \"" + ball.name + "\" are " +
-                               in_mm(distance_mm) + " apart, so that one is within the other");
+        throw PhantomError(file + ": balls \"" + other.name + "\" and \"" + ball.name + "\" are " +
+                           in_mm(distance_mm) + " apart, so that one is within the other");
       }
     }
   }
@@ -76,14 +76,13 @@ void check_units(const BallPhantom& phantom, const std::string& file) {
   for (const PhantomBall& ball : phantom.balls) diameter_mm = std::max(diameter_mm, ball.diameter_mm);
   const double across_mm = 4 * phantom.extents_mm()[0];  // about its length
   if (across_mm < 15 || diameter_mm < 0.3) {
-    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) +
-                           " long and its largest ball " + in_mm(diameter_mm) +
-                           " wide; all numbers are mm (are these inches or metres? 1 inch is 25.4 mm)");
+    throw PhantomError(file + ": the phantom is about " + in_mm(across_mm) + " long and its largest ball " +
+                       in_mm(diameter_mm) +
+                       " wide; all numbers are mm (are these inches or metres? 1 inch is 25.4 mm)");
   }
   if (across_mm > 1500 || diameter_mm > 40) {
-    throw CalibrationError(file + ": the phantom is about " + in_mm(across_mm) +
-                           " long and its largest ball " + in_mm(diameter_mm) +
-                           " wide; all numbers are mm (are these micrometres?)");
+    throw PhantomError(file + ": the phantom is about " + in_mm(across_mm) + " long and its largest ball " +
+                       in_mm(diameter_mm) + " wide; all numbers are mm (are these micrometres?)");
   }
 }
 
@@ -111,12 +110,12 @@ BallPhantom parse_ball_phantom(std::string_view text, const std::string& file) {
   try {
     const toml::table table = toml::parse(text, file);
     if (table["format"].value<std::int64_t>() != 1) {
-      throw CalibrationError(file + ": is no phantom: expected format = 1");
+      throw PhantomError(file + ": is no phantom: expected format = 1");
     }
     phantom.name = table["name"].value_or(std::string("phantom"));
     const toml::array* const balls = table["balls"].as_array();
     if (balls == nullptr)
-      throw CalibrationError(file + ": has no list balls = [[\"L1\", x, y, z, diameter], ...]");
+      throw PhantomError(file + ": has no list balls = [[\"L1\", x, y, z, diameter], ...]");
     for (std::size_t i = 0; i < balls->size(); ++i) {
       phantom.balls.push_back(ball_from((*balls)[i], file + ": ball " + std::to_string(i + 1)));
     }
@@ -127,12 +126,12 @@ BallPhantom parse_ball_phantom(std::string_view text, const std::string& file) {
     std::ostringstream where;
     where << file << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
           << error.description();
-    throw CalibrationError(where.str());
+    throw PhantomError(where.str());
   }
   constexpr std::size_t kMinBalls = 6;
   if (phantom.balls.size() < kMinBalls) {
-    throw CalibrationError(file + ": has " + std::to_string(phantom.balls.size()) +
-                           " balls; focal length and pose take 6 at least, and 20 or more make them good");
+    throw PhantomError(file + ": has " + std::to_string(phantom.balls.size()) +
+                       " balls; focal length and pose take 6 at least, and 20 or more make them good");
   }
   check_units(phantom, file);
   check_pairs(phantom, file);
@@ -143,7 +142,7 @@ BallPhantom read_ball_phantom(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in) throw CalibrationError(file.string() + ": cannot be read; give the phantom's file");
+  if (!in) throw PhantomError(file.string() + ": cannot be read; give the phantom's file");
   return parse_ball_phantom(text.str(), file.string());
 }
 

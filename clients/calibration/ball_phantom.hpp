@@ -40,7 +40,7 @@ struct BallPhantom {
   [[nodiscard]] bool is_plane() const;
 };
 
-/// Reads a phantom's file. Throws CalibrationError with file and ball: no TOML, fewer than 6 balls, one named
+/// Reads a phantom's file. Throws PhantomError with file and ball: no TOML, fewer than 6 balls, one named
 /// or placed twice, a ball within another, a size that is none in mm (metres, inches), a T_world_phantom that
 /// is no rigid transform.
 BallPhantom read_ball_phantom(const std::filesystem::path& file);

@@ -15,26 +15,25 @@ namespace {
 constexpr double kDegrees = 180 / std::numbers::pi;  // in a radian
 
 void check_images(const std::vector<GreyPicture>& pictures, const CameraSettings& settings) {
-  if (pictures.empty()) throw CalibrationError("no image was given");
+  if (pictures.empty()) throw PhantomError("no image was given");
   const GreyPicture& first = pictures.front();
   for (const GreyPicture& picture : pictures) {
     if (picture.width != first.width || picture.height != first.height) {
-      throw CalibrationError(picture.name + ": is " + size_words(picture.width, picture.height) + ", but " +
-                             first.name + " is " + size_words(first.width, first.height) +
-                             "; give images of one camera in one mode");
+      throw PhantomError(picture.name + ": is " + size_words(picture.width, picture.height) + ", but " +
+                         first.name + " is " + size_words(first.width, first.height) +
+                         "; give images of one camera in one mode");
     }
   }
   if (settings.configured &&
       (settings.configured->width != first.width || settings.configured->height != first.height)) {
-    throw CalibrationError(first.name + ": is " + size_words(first.width, first.height) + ", but camera \"" +
-                           settings.camera + "\" is configured with " +
-                           size_words(settings.configured->width, settings.configured->height) +
-                           "; calibrate with images as the daemon gets them, neither scaled nor cropped");
+    throw PhantomError(first.name + ": is " + size_words(first.width, first.height) + ", but camera \"" +
+                       settings.camera + "\" is configured with " +
+                       size_words(settings.configured->width, settings.configured->height) +
+                       "; calibrate with images as the daemon gets them, neither scaled nor cropped");
   }
   if (!settings.angles.empty() && settings.angles.size() != pictures.size()) {
-    throw CalibrationError("angles of " + std::to_string(settings.angles.size()) + " images were given for " +
-                           std::to_string(pictures.size()) +
-                           " images; give one pair an image, in their order");
+    throw PhantomError("angles of " + std::to_string(settings.angles.size()) + " images were given for " +
+                       std::to_string(pictures.size()) + " images; give one pair an image, in their order");
   }
 }
 
@@ -51,7 +50,7 @@ RecognisedImage recognise(const GreyPicture& picture, const BallPhantom& phantom
   std::vector<FoundBall> found = find_balls(picture, settings.look);
   if (settings.mirrored) found = mirrored(std::move(found), picture.width);
   constexpr std::size_t kMinFound = 6;
-  if (found.size() < kMinFound) throw CalibrationError(too_few_balls(picture, found.size(), phantom));
+  if (found.size() < kMinFound) throw PhantomError(too_few_balls(picture, found.size(), phantom));
   const auto match = match_balls(found, phantom, picture.width, picture.height, prior);
   const bool is_sure = match && match->is_certain() && 4 * match->pairs.size() >= 3 * match->in_image;
   if (!is_sure) {
@@ -66,12 +65,12 @@ RecognisedImage recognise(const GreyPicture& picture, const BallPhantom& phantom
     MatchPrior any_size = prior;
     any_size.sizes = MatchPrior::Sizes::kIgnored;
     const auto unsized = match_balls(found, phantom, picture.width, picture.height, any_size);
-    throw CalibrationError(not_recognised(picture, found, phantom, match, unsized));
+    throw PhantomError(not_recognised(picture, found, phantom, match, unsized));
   }
   if (match->is_ambiguous) {
-    throw CalibrationError(picture.name + ": the phantom looks the same from two sides, " +
-                           std::to_string(match->pairs.size()) +
-                           " balls fit either; use one whose large balls stand at uneven places");
+    throw PhantomError(picture.name + ": the phantom looks the same from two sides, " +
+                       std::to_string(match->pairs.size()) +
+                       " balls fit either; use one whose large balls stand at uneven places");
   }
   return {std::move(found), *match, settings.mirrored};
 }
@@ -112,7 +111,7 @@ ChosenFit fit_or_throw(const Intrinsics& first, const std::vector<PointView>& vi
                        const CameraPrior& prior) {
   auto chosen = choose_fit(first, views, prior);
   if (!chosen) {
-    throw CalibrationError(
+    throw PhantomError(
         "focal length and pose cannot be told apart from these images; give images from more directions, a "
         "phantom that is deeper, or the focal length with --focal");
   }
@@ -171,7 +170,7 @@ CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, co
                                     const CameraSettings& settings) {
   check_images(pictures, settings);
   if (phantom.is_plane() && pictures.size() < 3 && !settings.focal_px) {
-    throw CalibrationError(
+    throw PhantomError(
         "the balls of \"" + phantom.name +
         "\" lie in one plane, and one or two images of a plane do not tell focal length from distance; give "
         "three or more with the plane tilted 20 deg or more in between, or the focal length with --focal");
@@ -189,9 +188,9 @@ CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, co
     images.push_back(recognise(picture, phantom, settings, prior));
     const RecognisedImage& image = images.back();
     if (image.mirrored != images.front().mirrored) {
-      throw CalibrationError(picture.name + (image.mirrored ? ": is" : ": is not") + " mirrored, and " +
-                             pictures.front().name + (image.mirrored ? " is not" : " is") +
-                             "; give images of one camera in one mode");
+      throw PhantomError(picture.name + (image.mirrored ? ": is" : ": is not") + " mirrored, and " +
+                         pictures.front().name + (image.mirrored ? " is not" : " is") +
+                         "; give images of one camera in one mode");
     }
     // One camera: the next images need not look for their focal length.
     const double fx = images.front().match.intrinsics.fx;
@@ -234,23 +233,23 @@ CameraFindings calibrate_with_board(const std::vector<GreyPicture>& pictures, co
   for (const GreyPicture& picture : pictures) {
     const auto points = find_board(settings.mirrored ? picture.mirrored() : picture, board);
     if (!points) {
-      throw CalibrationError(picture.name + ": not all of the board's " + std::to_string(board.columns) +
-                             " x " + std::to_string(board.rows) +
-                             " inner corners can be seen; leave the image out, or check --board: it counts "
-                             "corners where four squares meet, not squares");
+      throw PhantomError(picture.name + ": not all of the board's " + std::to_string(board.columns) + " x " +
+                         std::to_string(board.rows) +
+                         " inner corners can be seen; leave the image out, or check --board: it counts "
+                         "corners where four squares meet, not squares");
     }
     findings.images.push_back({picture.name, {}, corners, corners, picture.clipped_share()});
     views.push_back({*points});
   }
   if (pictures.size() < 3 && !settings.focal_px) {
-    throw CalibrationError(
+    throw PhantomError(
         "a chequerboard is a plane, and one or two images of a plane do not tell focal length from distance; "
         "give three or more with the board tilted 20 deg or more in between, or the focal length with "
         "--focal");
   }
   const auto guess = first_guess(views, findings.width, findings.height);
   if (!guess) {
-    throw CalibrationError(
+    throw PhantomError(
         "no camera explains these images of the board; is it flat, and are its tilts different?");
   }
   findings.chosen = fit_or_throw(*guess, views, prior_of(settings, findings.width, findings.height));

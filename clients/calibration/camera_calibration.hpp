@@ -62,12 +62,12 @@ struct CameraFindings {
   [[nodiscard]] CameraCalibration calibration() const;
 };
 
-/// From radiographs of a phantom of balls. Throws CalibrationError when no camera comes of it: images of
+/// From radiographs of a phantom of balls. Throws PhantomError when no camera comes of it: images of
 /// different size, too few balls, no pose that explains them, a plane in one image.
 CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, const BallPhantom& phantom,
                                     const CameraSettings& settings);
 
-/// From pictures of a chequerboard. The world is the board on the first picture. Throws CalibrationError.
+/// From pictures of a chequerboard. The world is the board on the first picture. Throws PhantomError.
 CameraFindings calibrate_with_board(const std::vector<GreyPicture>& pictures, const Chequerboard& board,
                                     const CameraSettings& settings);
 

@@ -33,7 +33,7 @@ GreyPicture grey_picture(std::string name, int width, int height, const std::vec
     return picture;
   }
   if (bytes.size() != 2 * count) {
-    throw CalibrationError(picture.name + ": has neither one nor two bytes a pixel");
+    throw PhantomError(picture.name + ": has neither one nor two bytes a pixel");
   }
   for (std::size_t i = 0; i < count; ++i) {
     std::uint16_t grey = 0;
@@ -47,14 +47,14 @@ GreyPicture read_grey_picture(const std::filesystem::path& file) {
   try {
     const PngHeader header = read_png_header(file);
     if (!header.layout || *header.layout == PixelLayout::kRgb8) {
-      throw CalibrationError(file.string() +
-                             ": is no grey picture; export 8 or 16 bit grey, as the detector has it, without "
-                             "colours, alpha or text burnt in");
+      throw PhantomError(file.string() +
+                         ": is no grey picture; export 8 or 16 bit grey, as the detector has it, without "
+                         "colours, alpha or text burnt in");
     }
     constexpr std::int64_t kMaxSize = 8192;
     if (header.width < 64 || header.height < 64 || header.width > kMaxSize || header.height > kMaxSize) {
-      throw CalibrationError(file.string() + ": is " + std::to_string(header.width) + " x " +
-                             std::to_string(header.height) + " px, expected 64 to 8192 px a side");
+      throw PhantomError(file.string() + ": is " + std::to_string(header.width) + " x " +
+                         std::to_string(header.height) + " px, expected 64 to 8192 px a side");
     }
     std::vector<std::uint8_t> bytes(static_cast<std::size_t>(header.width * header.height) *
                                     bytes_per_pixel(*header.layout));
@@ -63,7 +63,7 @@ GreyPicture read_grey_picture(const std::filesystem::path& file) {
     read_png(file, {width, height, *header.layout, bytes});
     return grey_picture(file.string(), width, height, bytes);
   } catch (const PngError& error) {
-    throw CalibrationError(file.string() + ": " + error.what());
+    throw PhantomError(file.string() + ": " + error.what());
   }
 }
 

@@ -8,7 +8,7 @@
 namespace tubed {
 
 /// A picture, a phantom or what was found on them cannot be used; says which, what is wrong and what to do.
-class CalibrationError : public std::runtime_error {
+class PhantomError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
@@ -31,7 +31,7 @@ struct GreyPicture {
   [[nodiscard]] double clipped_share() const;
 };
 
-/// Reads a PNG of 8 or 16 bit grey. Throws CalibrationError.
+/// Reads a PNG of 8 or 16 bit grey. Throws PhantomError.
 GreyPicture read_grey_picture(const std::filesystem::path& file);
 
 /// From pixels as drivers/png has them, 8 or 16 bit in host order.

@@ -50,7 +50,7 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
   out.close();
-  if (!out) throw CalibrationError(file.string() + ": cannot be written");
+  if (!out) throw PhantomError(file.string() + ": cannot be written");
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ std::vector<std::filesystem::path> write_simulated_phantom(const SimulatedCArm& 
                                                            const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw CalibrationError(folder.string() + ": cannot be made: " + error.message());
+  if (error) throw PhantomError(folder.string() + ": cannot be made: " + error.message());
   write_text(folder / "phantom.toml", to_toml(phantom));
   write_text(folder / "truth.toml", to_toml(truth_of(simulated)));
   std::ostringstream angles;
@@ -113,7 +113,7 @@ std::vector<std::filesystem::path> write_simulated_phantom(const SimulatedCArm& 
                  pixels_at(simulated, phantom, i)},
                 PngCompression::kFast);
     } catch (const PngError& problem) {
-      throw CalibrationError(files.back().string() + ": " + problem.what());
+      throw PhantomError(files.back().string() + ": " + problem.what());
     }
   }
   write_text(folder / "angles.txt", angles.str() + "\n");

@@ -35,7 +35,7 @@ CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image);
 GreyPicture picture_at(const SimulatedCArm& simulated, const BallPhantom& phantom, std::size_t image);
 
 /// Writes phantom.toml, image-1.png ..., truth.toml (cameras as a configuration has them) and angles.txt into
-/// `folder`, which is made. Returns the names of the images. Throws CalibrationError.
+/// `folder`, which is made. Returns the names of the images. Throws PhantomError.
 std::vector<std::filesystem::path> write_simulated_phantom(const SimulatedCArm& simulated,
                                                            const BallPhantom& phantom,
                                                            const std::filesystem::path& folder);

@@ -36,5 +36,7 @@ CommandLine add_explain(CommandLine app, int& exit_code);
 CommandLine add_grab(CommandLine app, int& exit_code);
 CommandLine add_configure(CommandLine app, int& exit_code);
 CommandLine add_keys(CommandLine app, int& exit_code);
+CommandLine add_calibrate(CommandLine app, int& exit_code);
+CommandLine add_geometry(CommandLine app, int& exit_code);
 
 }  // namespace tubed

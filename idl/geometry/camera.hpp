@@ -34,12 +34,12 @@ struct CameraCalibration {
   double source_isocentre_mm = 0;  ///< of the C-arm behind it; 0: not known
   double source_detector_mm = 0;   ///< the same
   /// How well `tubectl calibrate camera` knew what it wrote; nothing: it did not say. Standard deviations.
-  std::optional<double> calibration_residual_px;  ///< RMS distance of found points from where they project
+  std::optional<double> calibration_residual_px{};  ///< RMS distance of found points from where they project
   /// Of the pose's shift and turn along and about the camera's axes, as PoseSigma has them with the pivot at
   /// the depth of the phantom, each with all that intrinsics leave open.
-  std::optional<std::array<double, 3>> pose_sigma_mm;
-  std::optional<std::array<double, 3>> pose_sigma_deg;
-  std::optional<double> focal_sigma;  ///< of fx, relative
+  std::optional<std::array<double, 3>> pose_sigma_mm{};
+  std::optional<std::array<double, 3>> pose_sigma_deg{};
+  std::optional<double> focal_sigma{};  ///< of fx, relative
 
   /// A point that this view surely sees: the isocentre where it is known, otherwise the point of the optical
   /// axis nearest to the world's origin; nothing when that lies behind the camera.
