@@ -38,5 +38,7 @@ CommandLine add_configure(CommandLine app, int& exit_code);
 CommandLine add_keys(CommandLine app, int& exit_code);
 CommandLine add_pivot(CommandLine app, int& exit_code);
 CommandLine add_register(CommandLine app, int& exit_code);
+CommandLine add_calibrate(CommandLine app, int& exit_code);
+CommandLine add_geometry(CommandLine app, int& exit_code);
 
 }  // namespace tubed

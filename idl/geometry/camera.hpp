@@ -33,6 +33,13 @@ struct CameraCalibration {
   bool mirrored = false;
   double source_isocentre_mm = 0;  ///< of the C-arm behind it; 0: not known
   double source_detector_mm = 0;   ///< the same
+  /// How well `tubectl calibrate camera` knew what it wrote; nothing: it did not say. Standard deviations.
+  std::optional<double> calibration_residual_px{};  ///< RMS distance of found points from where they project
+  /// Of the pose's shift and turn along and about the camera's axes, as PoseSigma has them with the pivot at
+  /// the depth of the phantom, each with all that intrinsics leave open.
+  std::optional<std::array<double, 3>> pose_sigma_mm{};
+  std::optional<std::array<double, 3>> pose_sigma_deg{};
+  std::optional<double> focal_sigma{};  ///< of fx, relative
 
   /// A point that this view surely sees: the isocentre where it is known, otherwise the point of the optical
   /// axis nearest to the world's origin; nothing when that lies behind the camera.
@@ -64,6 +71,19 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]");
   pose.takes_effect = TakesEffect::kAtOnce;
   pose.replaced_by = "c_arm";
+  const auto found = [](const char* name, auto member, std::size_t count, const char* unit, double maximum,
+                        const char* meaning, SettingValue shown) {
+    BoundKey<S> bound = key::optional(key::numbers(name, member, unit, {0, maximum}, {count, count}, meaning),
+                                      std::move(shown));
+    bound.key.takes_effect = TakesEffect::kAtOnce;
+    return bound;
+  };
+  const auto found_number = [](const char* name, auto member, const char* unit, double maximum,
+                               const char* meaning, double shown) {
+    BoundKey<S> bound = key::optional(key::number(name, member, unit, {0, maximum}, meaning), shown);
+    bound.key.takes_effect = TakesEffect::kAtOnce;
+    return bound;
+  };
   return {
       key::required(key::text("name", &S::name, key::published_name(32), "name of the view, unique"),
                     "\"A\""),
@@ -88,7 +108,18 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       key::flag("mirrored", &S::mirrored,
                 "images come as seen from the detector, as displays show them: each row is read from right "
                 "to left before anything else, and fx .. T_camera_world are of what that makes"),
-      {std::move(pose)}};
+      {std::move(pose)},
+      found_number(
+          "calibration_residual_px", &S::calibration_residual_px, "px", 1000,
+          "RMS distance of the phantom's points from where they project; of tubectl calibrate camera", 0.1),
+      found("pose_sigma_mm", &S::pose_sigma_mm, 3, "mm", 1000,
+            "standard deviation of the pose along the camera's axes x, y, z at the depth of the phantom",
+            std::vector<double>{0.2, 0.2, 0.5}),
+      found("pose_sigma_deg", &S::pose_sigma_deg, 3, "deg", 180,
+            "standard deviation of the pose about the camera's axes x, y, z",
+            std::vector<double>{0.05, 0.05, 0.02}),
+      found_number("focal_sigma", &S::focal_sigma, "", 1,
+                   "standard deviation of fx as a share of it: 0.001 is 0.1 %", 0.001)};
 }
 
 /// A point in the image and how it moves with the point in the world.

@@ -1,0 +1,15 @@
+// tubectl calibrate: what a room's cameras are calibrated with.
+#include "clients/tubectl/calibrate/calibrate_camera.hpp"
+#include "clients/tubectl/verbs.hpp"
+
+namespace tubed {
+
+CommandLine add_calibrate(CommandLine app, int& exit_code) {
+  CommandLine verb = app.add_subcommand("calibrate", "Calibrate cameras");
+  verb.require_subcommand();
+  add_calibrate_camera(verb, exit_code);
+  add_calibrate_phantom(verb, exit_code);
+  return verb;
+}
+
+}  // namespace tubed

@@ -1,0 +1,11 @@
+// The verbs below `tubectl calibrate` that are about cameras.
+#pragma once
+
+#include "idl/command_line/command_line.hpp"
+
+namespace tubed {
+
+CommandLine add_calibrate_camera(CommandLine app, int& exit_code);
+CommandLine add_calibrate_phantom(CommandLine app, int& exit_code);
+
+}  // namespace tubed

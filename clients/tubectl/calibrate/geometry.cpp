@@ -1,0 +1,73 @@
+// tubectl geometry xa: what the header of an angiogram says of the C-arm.
+#include <iomanip>
+#include <iostream>
+#include <memory>
+
+#include "clients/tubectl/calibrate/accept_options.hpp"
+#include "clients/tubectl/verbs.hpp"
+#ifdef TUBED_READS_XA
+#include "clients/calibration/dicom/xa_header.hpp"
+#endif
+
+namespace tubed {
+
+namespace {
+
+struct XaOptions {
+  std::string file;
+  std::string camera;
+  AcceptOptions accept;
+};
+
+#ifdef TUBED_READS_XA
+void print(const XaHeader& header) {
+  std::cerr << header.file << ": " << header.columns << " x " << header.rows << " px, " << header.frames
+            << (header.frames == 1 ? " frame\n" : " frames\n");
+  for (const XaAttribute& attribute : header.attributes) {
+    std::cerr << "  " << std::left << std::setw(36) << attribute.name << attribute.tag << "  ";
+    if (!attribute.is_there()) std::cerr << "missing";
+    constexpr std::size_t kShown = 4;
+    for (std::size_t i = 0; i < std::min(kShown, attribute.values.size()); ++i) {
+      std::cerr << (i == 0 ? "" : ", ") << attribute.values[i];
+    }
+    if (attribute.values.size() > kShown) std::cerr << ", ... (" << attribute.values.size() << ")";
+    std::cerr << (attribute.is_there() ? " " + attribute.unit : "") << '\n';
+  }
+  for (const std::string& remark : header.remarks) std::cerr << "  " << remark << '\n';
+}
+#endif
+
+int show_xa(const XaOptions& options) {
+#ifdef TUBED_READS_XA
+  try {
+    const XaHeader header = read_xa_header(options.file);
+    print(header);
+    return offer(fragment_of(header, options.camera), options.accept);
+  } catch (const std::runtime_error& error) {
+    std::cerr << "tubectl: " << error.what() << '\n';
+    return kExitBadData;
+  }
+#else
+  std::cerr
+      << "tubectl: " << options.file
+      << ": this tubectl was built without DCMTK: install libdcmtk-dev and build again for geometry xa\n";
+  return kExitUnavailable;
+#endif
+}
+
+}  // namespace
+
+CommandLine add_geometry(CommandLine app, int& exit_code) {
+  CommandLine verb = app.add_subcommand("geometry", "Take a C-arm's geometry from what states it");
+  verb.require_subcommand();
+  const auto options = std::make_shared<XaOptions>();
+  CommandLine xa =
+      verb.add_subcommand("xa", "From the header of a DICOM angiogram (XA); no patient's field is read");
+  xa.add_option("FILE", options->file, "DICOM file").required();
+  xa.add_option("--camera", options->camera, "Its name in the configuration").required();
+  add_accept_options(xa, options->accept);
+  xa.callback([options, &exit_code] { exit_code = show_xa(*options); });
+  return verb;
+}
+
+}  // namespace tubed
