@@ -102,8 +102,8 @@ std::vector<TubeIdentityValues> identities_of(const Configuration& configuration
       identity.coil_offsets_from_tip_mm.push_back(static_cast<float>(coil.offset_from_tip_mm));
     }
     identity.T_world_em = row_by_row(configuration.room.T_world_em);
-    if (configuration.registration_residual_mm) {
-      identity.registration_residual_mm = static_cast<float>(*configuration.registration_residual_mm);
+    if (configuration.room.registration_residual_mm) {
+      identity.registration_residual_mm = static_cast<float>(*configuration.room.registration_residual_mm);
     }
     for (const CameraCalibration& camera : configuration.room.cameras) {
       identity.cameras.push_back(identity_of(camera));

@@ -243,6 +243,9 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems) {
   room.T_world_em = rigid(em, "T_world_em", problems);
   check_belongs_to_registration(em, problems);
   room.registration_quality = registration_quality(em, problems);
+  if (em.has("registration_residual_mm")) {
+    room.registration_residual_mm = em.get<double>("registration_residual_mm");
+  }
   if (em.has("registration_date")) {
     room.registration_date = em.get<std::string>("registration_date");
   }

@@ -37,8 +37,6 @@ struct Configuration {
   ShmSettings shm;
   FrangiSettings frangi;
   RoomDescription room;
-  std::optional<double>
-      registration_residual_mm;  ///< RMS of the registration behind room.T_world_em, when stated
 
   SourceChoice em_source;
   std::vector<SourceChoice> image_sources;    ///< one each of room.cameras, same order

@@ -88,9 +88,6 @@ Configuration checked_configuration(std::string_view text, const std::filesystem
   configuration.frangi = frangi_settings(checked);
   configuration.room = room_description(checked, problems);
   configuration.estimators = estimator_settings(checked, problems);
-  if (checked.one("em").has("registration_residual_mm")) {
-    configuration.registration_residual_mm = checked.one("em").get<double>("registration_residual_mm");
-  }
   configuration.em_source = source_choice(checked, checked.one("em"), available, problems);
   check_coil_ports(checked, available, problems);
   check_reference_driver(checked, available, problems);

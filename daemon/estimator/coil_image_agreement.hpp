@@ -4,12 +4,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <numbers>
 #include <span>
 #include <vector>
 
 #include "daemon/estimator/coil_observation.hpp"
 #include "daemon/estimator/linear_evidence.hpp"
+#include "daemon/estimator/room_errors.hpp"
 #include "daemon/estimator/tube_map.hpp"
 
 namespace tubed {
@@ -23,16 +23,6 @@ enum class Discord : std::uint32_t {
   kMagnification = 4,  ///< the image is larger or smaller than its focal length and distance say
   kField = 5,          ///< coils are off, each in its own way: metal near the tracker, another field
   kCoil = 6,           ///< one coil is off: bent, or its arc length is wrong
-};
-
-/// Standard deviations of what stays wrong in a room that is described rightly.
-struct RoomErrors {
-  double shift_mm = 1.0;                           ///< of the registration, an axis
-  double turn_rad = 0.5 * std::numbers::pi / 180;  ///< of the registration, about each axis
-  double arc_length_mm = 1.0;                      ///< of arc lengths, that all coils share
-  double clock_s = 0.015;                          ///< of images' stamps against the coils'
-  double magnification = 0.01;                     ///< of a view, relative
-  double coil_mm = 0.5;                            ///< of each coil, at least, an axis
 };
 
 /// Collects, for one instrument, how coils lie beside the tube that images show: across it wherever a coil is

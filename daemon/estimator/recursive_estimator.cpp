@@ -63,7 +63,7 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       scratch_(state_.P),
       departure_(Eigen::VectorXd::Zero(coefficients_.size())),
       information_times_departure_(departure_),
-      agreement_({}, instrument, static_cast<int>(room.cameras.size())) {
+      agreement_(room_errors(room, instrument), instrument, static_cast<int>(room.cameras.size())) {
   image_map_.set_strain_slack(kStrainSlack);
 }
 

@@ -28,6 +28,8 @@ struct CoilPlacement {
   std::optional<std::uint32_t> tool_serial =
       std::nullopt;                   ///< of the tool that has to be in that plug; not given: any
   std::string tool_part_number = {};  ///< the same; empty: any
+  std::optional<double> offset_sigma_mm =
+      std::nullopt;  ///< how well offset_from_tip_mm is known, one standard deviation; not given: not stated
 };
 
 /// The keys of an [[instrument.coil]]; tool_serial is checked and set by whoever reads them.
@@ -39,6 +41,9 @@ inline BoundKeys<CoilPlacement> coil_keys() {
           key::required(key::number("offset_from_tip_mm", &S::offset_from_tip_mm, "mm", {0, 2000},
                                     "where it sits, along the catheter from the tip"),
                         "10.0"),
+          key::optional(key::number("offset_sigma_mm", &S::offset_sigma_mm, "mm", {0, 100},
+                                    "standard deviation of offset_from_tip_mm; left out = not stated"),
+                        0.5),
           key::flag("flipped", &S::flipped, "mounted the other way round: its z points away from the tip"),
           key::optional(key::number("port", &S::port, "", {1, kMaxTrackerCoils},
                                     "port of the tracker it is plugged in; a tracker with ports requires it"),
@@ -114,6 +119,8 @@ struct RoomDescription {
   std::vector<CameraCalibration> cameras;
   std::vector<InstrumentDescription> instruments;
   std::optional<ReferenceDescription> reference = std::nullopt;  ///< not given: T_world_em is constant
+  std::optional<double> registration_residual_mm =
+      std::nullopt;  ///< RMS of the registration; not given: not stated
   std::optional<RegistrationQuality> registration_quality = std::nullopt;  ///< not given: not stated
   std::string registration_date = {};  ///< in the words of whoever made it; empty: not stated
 };

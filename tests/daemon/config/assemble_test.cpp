@@ -245,8 +245,8 @@ TEST(Assemble, AResidualBelongsToARegistration) {
   const auto stated = parse_configuration(base_with("T_world_em", residual + "T_world_em"), "room.toml");
   const auto not_stated = parse_configuration(base(), "room.toml");
 
-  EXPECT_EQ(stated.registration_residual_mm, 1.81);
-  EXPECT_EQ(not_stated.registration_residual_mm, std::nullopt);
+  EXPECT_EQ(stated.room.registration_residual_mm, 1.81);
+  EXPECT_EQ(not_stated.room.registration_residual_mm, std::nullopt);
   EXPECT_NE(complaint(base_with("T_world_em", residual + "#")).find("em.registration_residual_mm"),
             std::string::npos);
 }
