@@ -6,8 +6,10 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "bench/accuracy/accuracy_report.hpp"
+#include "bench/accuracy/bench_report.hpp"
 #include "bench/accuracy/sensitivity.hpp"
 #include "bench/accuracy/settings_by_name.hpp"
 #include "bench/support/machine.hpp"
@@ -23,16 +25,34 @@ namespace fs = std::filesystem;
 struct Arguments {
   std::vector<std::string> sequences;
   std::vector<std::string> presets;
-  std::vector<int> seeds{1001, 1002, 1003};
-  std::vector<std::string> modes = mode_names();
+  std::vector<int> seeds;
+  std::vector<std::string> modes;
   std::vector<std::string> options;
   int every = 1;
   std::string out = "accuracy";
-  ShapeErrorSettings judged;
+  ShapeErrorSettings judged{.s_max_mm = 0};  ///< 0: not said
   std::string match = "nearest";
   bool sensitivity = false;
   std::string study;  ///< the one that is wanted; empty: all
   bool in_view_tables = false;
+
+  /// The paper's second experiment has a study of its own.
+  [[nodiscard]] bool is_bench() const { return presets == std::vector<std::string>{kBenchPreset}; }
+
+  /// What was not said, as the study has it.
+  void complete() {
+    if (sequences.empty() && presets.empty()) presets = {"paper"};
+    constexpr int kFirstSeed = 1001;
+    constexpr std::size_t kRuns = 3;
+    constexpr std::size_t kDraws = 20;
+    if (seeds.empty()) {
+      seeds.resize(is_bench() ? kDraws : kRuns);
+      std::iota(seeds.begin(), seeds.end(), kFirstSeed);
+    }
+    if (modes.empty()) modes = is_bench() ? std::vector<std::string>{"em", "paper", "filter"} : mode_names();
+    if (judged.s_max_mm == 0)
+      judged.s_max_mm = is_bench() ? kBenchLastCoil_mm : ShapeErrorSettings{}.s_max_mm;
+  }
 };
 
 /// One line on a terminal, rewritten.
@@ -105,11 +125,27 @@ void draw(const Sequence& sequence, const SequenceResult& result, const fs::path
   write_file(out / "errors.svg", error_over_time(result.name + ": errors of points in view", t_s, curves));
 }
 
+int run_bench(const Arguments& arguments, const std::vector<Method>& methods, const std::string& command) {
+  std::vector<BenchDraw> draws;
+  for (const int seed : arguments.seeds) {
+    const fs::path folder = fs::path(arguments.out) / "sequences" / ("bench-" + std::to_string(seed));
+    draws.push_back(run_bench_draw(seed, folder, methods, arguments.judged,
+                                   [](const std::string& words) { show_progress(words, false); }));
+    show_progress("bench-" + std::to_string(seed) + ": done", true);
+  }
+  print_bench(draws, methods, std::cout);
+  const fs::path json = fs::path(arguments.out) / "bench.json";
+  write_file(json, whole_report(command, bench_rows(draws, methods), nlohmann::json::array()).dump(1) + "\n");
+  std::cout << "figures: " << json.string() << '\n';
+  return 0;
+}
+
 int run(Arguments arguments, const std::string& command) {
   arguments.judged.match = arguments.match == "arc" ? PointMatch::kArcLength : PointMatch::kNearest;
   EstimatorSettings settings;
   for (const std::string& option : arguments.options) apply_option(option, settings);
   const std::vector<Method> methods = methods_of(arguments.modes, settings);
+  if (arguments.is_bench()) return run_bench(arguments, methods, command);
   nlohmann::json rows = nlohmann::json::array();
   nlohmann::json comparisons = nlohmann::json::array();
   for (const fs::path& folder : folders_of(arguments)) {
@@ -152,17 +188,20 @@ int main(int argc, char** argv) {
   CommandLine app = program.command_line();
   Arguments arguments;
   app.add_option("SEQUENCE", arguments.sequences, "sequence folders with truth.csv");
-  app.add_option("--preset", arguments.presets, "presets to simulate too: those of `tubectl simulate`")
+  app.add_option(
+         "--preset", arguments.presets,
+         "presets to simulate too: those of `tubectl simulate`; bench alone is the paper's second experiment")
       .delimiter(',');
-  app.add_option("--seeds", arguments.seeds, "of the presets, one run each")
-      .delimiter(',')
-      .capture_default_str();
+  app.add_option("--seeds", arguments.seeds,
+                 "of the presets, one run each; 1001,1002,1003, of bench 1001 to 1020")
+      .delimiter(',');
   app.add_option("--every", arguments.every, "of the presets: every so many steps").capture_default_str();
-  app.add_option("--modes", arguments.modes, "modes to compare").delimiter(',').capture_default_str();
+  app.add_option("--modes", arguments.modes, "modes to compare; all, of bench em,paper,filter")
+      .delimiter(',');
   app.add_option("--set", arguments.options,
                  "a setting of the estimator, KEY=VALUE; --list-settings names them");
-  app.add_option("--s-max", arguments.judged.s_max_mm, "judge from the tip up to this arc length, mm")
-      .capture_default_str();
+  app.add_option("--s-max", arguments.judged.s_max_mm,
+                 "judge from the tip up to this arc length, mm; the last coil's, 370, of bench 274");
   app.add_option("--match", arguments.match, "partner of a true point")
       .is_member({"nearest", "arc"})
       .capture_default_str();
@@ -179,7 +218,7 @@ int main(int argc, char** argv) {
     std::cout << settings_help();
     return 0;
   }
-  if (arguments.sequences.empty() && arguments.presets.empty()) arguments.presets = {"paper"};
+  arguments.complete();
   try {
     return run(arguments, command_line("accuracy", argc, argv));
   } catch (const std::exception& error) {

@@ -61,9 +61,13 @@ std::vector<ComparedPair> pairs_among(const std::vector<Method>& methods) {
   return pairs;
 }
 
+Sequence as_given(const Sequence& sequence, const Method& method) {
+  return method.images_withheld ? with_fluoroscopy_off(sequence) : sequence;
+}
+
 MethodRun run_method(const Sequence& sequence, const Method& method, const ShapeErrorSettings& judged,
                      const std::filesystem::path& csv, const OnInstant& on_instant) {
-  const Sequence given = method.images_withheld ? with_fluoroscopy_off(sequence) : sequence;
+  const Sequence given = as_given(sequence, method);
   const std::size_t total = instants_of(given).size();
   std::ofstream out(csv);
   write_estimate_header(out);

@@ -31,6 +31,9 @@ struct ComparedPair {
 };
 std::vector<ComparedPair> pairs_among(const std::vector<Method>& methods);
 
+/// The sequence as the method gets it: without its images where they are withheld.
+Sequence as_given(const Sequence& sequence, const Method& method);
+
 /// One method over one sequence.
 struct MethodRun {
   MethodEvaluation all;

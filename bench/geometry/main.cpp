@@ -13,63 +13,40 @@
 #include <thread>
 #include <vector>
 
+#include "bench/geometry/pooled_runs.hpp"
+#include "bench/geometry/sensitivity_table.hpp"
 #include "bench/geometry/study.hpp"
 #include "bench/support/machine.hpp"
 #include "bench/support/report.hpp"
-#include "clients/evaluation/statistics.hpp"
 #include "idl/command_line/command_line.hpp"
 
 namespace tubed {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> presets{"clinical", "field", "paper"};
+  std::vector<std::string> presets;
   std::vector<int> seeds{51, 52, 53};
-  std::vector<std::string> mistakes{"none",      "registration=6,2", "offsets=5", "focal=1.08", "focal=0.95",
-                                    "clock=150", "field-jump=4",     "pan=5",     "turn=15"};
-  int every = 1;
+  std::vector<std::string> mistakes;
+  int every = 0;
   int threads = 2;
   std::string out = "geometry";
-};
+  bool sensitivity = false;
 
-/// The runs of one preset and mistake over all seeds, pooled: a line of the table.
-struct Line {
-  std::size_t due = 0;
-  std::size_t valid = 0;
-  std::vector<double> rms_mm;  ///< of the instants with a shape in view
-  MisleadingCount of_valid;
-  MisleadingCount of_all;
-  SigmaCoverage coverage;
-  std::vector<std::optional<double>> first_s;  ///< one a seed
-  Reasons first_reasons;
-  std::size_t doubted = 0;
-  std::map<std::string, std::size_t> reasons;
-};
-
-void add(const MistakeRuns::Outcome& outcome, const Said& said, Line& line) {
-  line.due += outcome.instants.size();
-  for (const auto& instant : outcome.instants) line.valid += instant.validity == Validity::kValid ? 1 : 0;
-  const std::vector<double> rms_mm = outcome.in_view.values_mm(kMetrics[1]);
-  line.rms_mm.insert(line.rms_mm.end(), rms_mm.begin(), rms_mm.end());
-  const MisleadingCount all = total_of(outcome.in_view.misleading);
-  line.of_all.instants += all.instants;
-  line.of_all.misleading += all.misleading;
-  const auto valid = outcome.in_view.misleading.find(Validity::kValid);
-  if (valid != outcome.in_view.misleading.end()) {
-    line.of_valid.instants += valid->second.instants;
-    line.of_valid.misleading += valid->second.misleading;
+  /// What was not said, as the study has it.
+  void complete() {
+    if (presets.empty()) {
+      presets = sensitivity ? std::vector<std::string>{"field"}
+                            : std::vector<std::string>{"clinical", "field", "paper"};
+    }
+    if (mistakes.empty()) {
+      mistakes = sensitivity ? operator_errors()
+                             : std::vector<std::string>{
+                                   "none",      "registration=6,2", "offsets=5", "focal=1.08", "focal=0.95",
+                                   "clock=150", "field-jump=4",     "pan=5",     "turn=15"};
+    }
+    if (every == 0) every = sensitivity ? 3 : 1;
   }
-  line.coverage.coordinate_count += outcome.in_view.coverage.coordinate_count;
-  for (std::size_t k = 0; k < 3; ++k) line.coverage.within[k] += outcome.in_view.coverage.within[k];
-  line.first_s.push_back(said.first_s);
-  line.first_reasons.add(said.first_reasons);
-  line.doubted += said.instants;
-  for (const auto& [reason, count] : said.reasons) line.reasons[reason] += count;
-}
-
-double percent(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
-}
+};
 
 std::string seconds_of(const std::vector<std::optional<double>>& first_s) {
   std::string text;
@@ -82,7 +59,7 @@ std::string seconds_of(const std::vector<std::optional<double>>& first_s) {
 }
 
 /// "IMAGE_LOST_TUBE 80 %, COIL_OUTLIER 20 %": at which share of the instants that are doubted.
-std::string reasons_of(const Line& line) {
+std::string reasons_of(const PooledRuns& line) {
   std::vector<std::pair<std::size_t, std::string>> sorted;
   for (const auto& [reason, count] : line.reasons) sorted.emplace_back(count, reason);
   std::sort(sorted.rbegin(), sorted.rend());
@@ -101,7 +78,7 @@ constexpr const char* kHeading =
     "sigma  "
     "first said, s, each seed  reasons of those instants";
 
-std::string text_of(const std::string& preset, const std::string& mistake, const Line& line) {
+std::string text_of(const std::string& preset, const std::string& mistake, const PooledRuns& line) {
   std::array<char, 512> text{};
   const bool any = !line.rms_mm.empty();
   const bool covered = line.coverage.coordinate_count > 0;
@@ -116,7 +93,7 @@ std::string text_of(const std::string& preset, const std::string& mistake, const
   return text.data();
 }
 
-nlohmann::json json_of(const std::string& preset, const std::string& mistake, const Line& line) {
+nlohmann::json json_of(const std::string& preset, const std::string& mistake, const PooledRuns& line) {
   nlohmann::json first_s = nlohmann::json::array();
   for (const auto& first : line.first_s) {
     first_s.push_back(first ? nlohmann::json(*first) : nlohmann::json(nullptr));
@@ -136,7 +113,9 @@ nlohmann::json json_of(const std::string& preset, const std::string& mistake, co
                      {"reasons", line.reasons},
                      {"p50", nullptr},
                      {"p95", nullptr},
+                     {"tip_p50", nullptr},
                      {"within_sigma", nullptr}};
+  if (!line.tip_mm.empty()) row["tip_p50"] = percentile(line.tip_mm, 50);
   if (!line.rms_mm.empty()) {
     row["p50"] = percentile(line.rms_mm, 50);
     row["p95"] = percentile(line.rms_mm, 95);
@@ -202,15 +181,19 @@ void run(const Arguments& arguments, const std::string& command) {
   work_all(arguments, tasks);
   nlohmann::json rows = nlohmann::json::array();
   std::cout << kHeading << '\n';
+  std::string tables;
   for (const std::string& preset : arguments.presets) {
+    std::vector<PooledRuns> lines;
     for (std::size_t i = 0; i < arguments.mistakes.size(); ++i) {
-      Line line;
+      PooledRuns& line = lines.emplace_back();
       for (const Task& task : tasks) {
-        if (task.preset == preset) add(task.outcomes[i], task.said[i], line);
+        if (task.preset == preset) line.add(task.outcomes[i], task.said[i]);
       }
       std::cout << text_of(preset, arguments.mistakes[i], line) << '\n';
       rows.push_back(json_of(preset, arguments.mistakes[i], line));
     }
+    if (arguments.sensitivity)
+      tables += "\npreset " + preset + "\n\n" + sensitivity_table(arguments.mistakes, lines);
   }
   const Machine machine = this_machine();
   const nlohmann::json report{
@@ -221,6 +204,7 @@ void run(const Arguments& arguments, const std::string& command) {
   const std::string json = arguments.out + "/geometry.json";
   write_text(json, report.dump(1) + "\n");
   std::cout
+      << tables
       << "misleading: a point in view off by more than 3 mm and by more than 3 sigma of that direction\n"
       << "wrote " << json << '\n';
 }
@@ -233,22 +217,23 @@ int main(int argc, char** argv) {
   Program program("Does an estimate say so when the room is not as it is described?", "geometry_bench");
   CommandLine app = program.command_line();
   Arguments arguments;
-  app.add_option("--presets", arguments.presets, "those of `tubectl simulate`")
-      .delimiter(',')
-      .capture_default_str();
+  app.add_flag(
+      "--sensitivity", arguments.sensitivity,
+      "how far each error of whoever sets a room up moves the shape: other mistakes, preset field and "
+      "every third exposure unless told otherwise, and one table more");
+  app.add_option("--presets", arguments.presets, "those of `tubectl simulate`; clinical,field,paper")
+      .delimiter(',');
   app.add_option("--seeds", arguments.seeds, "one run each").delimiter(',').capture_default_str();
   app.add_option(
-         "--mistakes", arguments.mistakes,
-         "words: none, those of `tubectl simulate --mistake`, pan=MM, turn=DEG, zoom=FACTOR (unannounced)")
-      .capture_default_str();
-  app.add_option("--every", arguments.every, "only every so many-th exposure")
-      .in_range(1, 1000)
-      .capture_default_str();
+      "--mistakes", arguments.mistakes,
+      "words: none, those of `tubectl simulate --mistake`, pan=MM, turn=DEG, zoom=FACTOR (unannounced)");
+  app.add_option("--every", arguments.every, "only every so many-th exposure").in_range(1, 1000);
   app.add_option("--threads", arguments.threads, "runs at a time").in_range(1, 64).capture_default_str();
   app.add_option("--out", arguments.out,
                  "folder for sequences and geometry.json; sequences that are there are used again")
       .capture_default_str();
   if (const auto ended = program.parse(argc, argv)) return *ended;
+  arguments.complete();
   try {
     run(arguments, command_line("geometry", argc, argv));
   } catch (const std::exception& error) {

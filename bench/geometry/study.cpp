@@ -61,6 +61,17 @@ SimulatedRun run_with(const std::string& mistake, const std::string& preset, std
   return run;
 }
 
+std::vector<double> tip_errors_mm(const TrueRun& run, const Estimates& estimates,
+                                  const MethodEvaluation& judged) {
+  std::vector<double> errors_mm;
+  for (std::size_t i = 0; i < run.instants.size(); ++i) {
+    if (!judged.errors[i]) continue;
+    const SampledCentreline& estimate = estimates.at(run.instants[i].frame).centreline;
+    errors_mm.push_back((estimate.p_world_mm.col(0) - run.instants[i].truth.p_world_mm.col(0)).norm());
+  }
+  return errors_mm;
+}
+
 MistakeRuns::MistakeRuns(std::string preset, std::int64_t seed, int every, fs::path folder)
     : preset_(std::move(preset)), seed_(seed), every_(every), folder_(std::move(folder)) {
   mechanics_ = shared_run_of(make_scenario(preset_, seed_));
@@ -103,7 +114,9 @@ MistakeRuns::Outcome MistakeRuns::judge(const std::string& mistake) {
       });
   ShapeErrorSettings judged;
   judged.part = JudgedPart::kInView;
-  outcome.in_view = evaluate_method(true_run_of(run, scenario, sequence), estimates, judged);
+  const TrueRun truth = true_run_of(run, scenario, sequence);
+  outcome.in_view = evaluate_method(truth, estimates, judged);
+  outcome.tip_mm = tip_errors_mm(truth, estimates, outcome.in_view);
   const auto first = std::find_if(outcome.instants.begin(), outcome.instants.end(),
                                   [](const Instant& instant) { return instant.has_image; });
   outcome.began_s = std::max(begins_s(run, scenario), first == outcome.instants.end() ? 0 : first->t_s);

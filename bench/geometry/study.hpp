@@ -17,6 +17,10 @@ namespace tubed {
 /// "turn=DEG", "zoom=FACTOR", once, half way through. Throws std::invalid_argument for anything else.
 SimulatedRun run_with(const std::string& mistake, const std::string& preset, std::int64_t seed);
 
+/// From the estimated tip to the true one, mm, at each instant that `judged` has an error of.
+std::vector<double> tip_errors_mm(const TrueRun& run, const Estimates& estimates,
+                                  const MethodEvaluation& judged);
+
 /// The runs of one preset and seed, one after the other. One thread.
 class MistakeRuns {
  public:
@@ -34,6 +38,7 @@ class MistakeRuns {
   struct Outcome {
     std::vector<Instant> instants;  ///< in order of time
     MethodEvaluation in_view;       ///< of points in view, as the cameras really stood
+    std::vector<double> tip_mm;     ///< from the estimated tip to the true one, where `in_view` has an error
     double began_s = 0;             ///< when the mistake began, or the first image came if that was later
   };
   [[nodiscard]] Outcome judge(const std::string& mistake);

@@ -239,8 +239,8 @@ Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& 
   for (SequenceFrame& frame : clean.frames) {
     frame.t_s += mistakes.image_stamp_error_s();
     if (frame.geometry) {
-      frame.geometry->fx *= mistakes.focal;
-      frame.geometry->fy *= mistakes.focal;
+      frame.geometry = described_view(*frame.geometry, mistakes, {run.seed, scenario.middle_world_mm},
+                                      static_cast<std::size_t>(frame.camera));
     }
   }
   return clean;

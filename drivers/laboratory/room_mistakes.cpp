@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int64_t kRegistrationStream = 7301;
+constexpr std::int64_t kPoseStream = 7303;
 constexpr double kMaxOffset_mm = 2000;  // as in coil_keys()
 
 /// One number after the "=".
@@ -61,6 +62,11 @@ const std::vector<MistakeKind>& mistake_kinds() {
        {{"FACTOR", 0.2, 5}},
        "the described fx and fy are so many times the true ones",
        [](M& m, const Values& v) { m.focal = v[0]; }},
+      {"pose",
+       {{"MM", 0, 200}, {"DEG", 0, 180}},
+       "the described T_camera_world of each view is off by a shift and by a turn about the middle of the "
+       "catheter's region, both in directions drawn from the seed",
+       [](M& m, const Values& v) { m.pose_mm = v[0], m.pose_deg = v[1]; }},
       {"clock",
        {{"MS", -5000, 5000}},
        "images' stamps are so late against the coils'; negative: early",
@@ -150,14 +156,28 @@ bool fits(const MistakeKind& kind, const Values& values) {
   return true;
 }
 
+/// Shift by `shift_mm` and turn by `turn_deg` about `middle_world_mm`, both in drawn directions; world frame.
+RigidTransform drawn_motion(CounterRandom random, double shift_mm, double turn_deg,
+                            const Eigen::Vector3d& middle_world_mm) {
+  const Eigen::Vector3d shift_world_mm = shift_mm * gaussian_vector(random).normalized();
+  const Eigen::Vector3d axis_world = gaussian_vector(random).normalized();
+  const Eigen::Translation3d middle(middle_world_mm);
+  return RigidTransform(Eigen::Translation3d(shift_world_mm) * middle *
+                        Eigen::AngleAxisd(turn_deg * kDegree, axis_world) * middle.inverse());
+}
+
 /// E of described T_world_em = E * true T_world_em.
 RigidTransform registration_error(const RoomMistakes& mistakes, const MistakeDraw& draw) {
-  CounterRandom random(draw.seed, kRegistrationStream, 0);
-  const Eigen::Vector3d shift_mm = mistakes.registration_mm * gaussian_vector(random).normalized();
-  const Eigen::Vector3d axis = gaussian_vector(random).normalized();
-  const Eigen::Translation3d middle(draw.middle_world_mm);
-  return RigidTransform(Eigen::Translation3d(shift_mm) * middle *
-                        Eigen::AngleAxisd(mistakes.registration_deg * kDegree, axis) * middle.inverse());
+  return drawn_motion(CounterRandom(draw.seed, kRegistrationStream, 0), mistakes.registration_mm,
+                      mistakes.registration_deg, draw.middle_world_mm);
+}
+
+bool poses_are_off(const RoomMistakes& mistakes) { return mistakes.pose_mm != 0 || mistakes.pose_deg != 0; }
+
+/// E of described T_camera_world = true T_camera_world * E, of that camera.
+RigidTransform pose_error(const RoomMistakes& mistakes, const MistakeDraw& draw, std::size_t camera) {
+  return drawn_motion(CounterRandom(draw.seed, kPoseStream, static_cast<std::int64_t>(camera)),
+                      mistakes.pose_mm, mistakes.pose_deg, draw.middle_world_mm);
 }
 
 double offset_error_mm(const RoomMistakes& mistakes, int sensor) {
@@ -262,8 +282,24 @@ RoomDescription described_room(RoomDescription room, const RoomMistakes& mistake
     room.T_world_em = registration_error(mistakes, draw) * room.T_world_em;
   }
   scale_focal_lengths(room, mistakes.focal);
+  for (std::size_t i = 0; poses_are_off(mistakes) && i < room.cameras.size(); ++i) {
+    room.cameras[i].T_camera_world = room.cameras[i].T_camera_world * pose_error(mistakes, draw, i);
+  }
   for (InstrumentDescription& instrument : room.instruments) shift_coils(instrument, mistakes, 1);
   return room;
+}
+
+ViewGeometry described_view(ViewGeometry view, const RoomMistakes& mistakes, const MistakeDraw& draw,
+                            std::size_t camera) {
+  view.fx *= mistakes.focal;
+  view.fy *= mistakes.focal;
+  if (!poses_are_off(mistakes)) return view;
+  const RigidTransform described = view.T_camera_world() * pose_error(mistakes, draw, camera);
+  const Eigen::Quaterniond q(described.linear());
+  const Eigen::Vector3d t_mm = described.translation();
+  view.q_camera_world = {q.w(), q.x(), q.y(), q.z()};
+  view.t_camera_world_mm = {t_mm.x(), t_mm.y(), t_mm.z()};
+  return view;
 }
 
 RoomDescription real_room(RoomDescription described, const RoomMistakes& mistakes, const MistakeDraw& draw) {
@@ -272,6 +308,10 @@ RoomDescription real_room(RoomDescription described, const RoomMistakes& mistake
     described.T_world_em = registration_error(mistakes, draw).inverse() * described.T_world_em;
   }
   scale_focal_lengths(described, 1 / mistakes.focal);
+  for (std::size_t i = 0; poses_are_off(mistakes) && i < described.cameras.size(); ++i) {
+    RigidTransform& T_camera_world = described.cameras[i].T_camera_world;
+    T_camera_world = T_camera_world * pose_error(mistakes, draw, i).inverse();
+  }
   for (InstrumentDescription& instrument : described.instruments) {
     shift_coils(instrument, mistakes, -1);
     if (mistakes.reverses_coils) reverse_coils(instrument);

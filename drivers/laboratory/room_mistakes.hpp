@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -21,7 +22,9 @@ struct RoomMistakes {
   double offsets_mm = 0;        ///< by which all coils are described too far from the tip
   std::map<int, double> offset_mm;  ///< the same of single coils, by sensor
   double focal = 1;                 ///< described focal lengths over the true ones
-  double clock_ms = 0;              ///< by which stamps of images are late against those of coils
+  double pose_mm = 0;   ///< shift of the patient in each described camera, in a direction drawn for it
+  double pose_deg = 0;  ///< turn of the patient there, about a drawn axis through the middle of the region
+  double clock_ms = 0;  ///< by which stamps of images are late against those of coils
   double field_jump_mm = 0;  ///< greatest displacement, in the working volume, by the field that comes anew
   std::optional<double> field_jump_s;  ///< when; nothing: half way through
   bool inverts = false;                ///< pictures come as negatives
@@ -56,9 +59,14 @@ struct MistakeDraw {
   Eigen::Vector3d middle_world_mm = Eigen::Vector3d::Zero();  ///< of the catheter's region
 };
 
-/// The room as whoever makes these mistakes describes it: registration, arc lengths and focal lengths.
+/// The room as whoever makes these mistakes describes it: registration, arc lengths, focal lengths, poses.
 /// Throws std::invalid_argument where coils would be described out of their order or beyond the tip.
 RoomDescription described_room(RoomDescription room, const RoomMistakes& mistakes, const MistakeDraw& draw);
+
+/// What an image says of a view that stands as `view`: focal lengths and pose as described_room() has those
+/// of that camera, `camera` its place in the room's list.
+ViewGeometry described_view(ViewGeometry view, const RoomMistakes& mistakes, const MistakeDraw& draw,
+                            std::size_t camera);
 
 /// What such a description is of: real_room(described_room(room)) is `room`, to rounding, with the sensors of
 /// each instrument in reverse order if they are reversed. Throws as described_room().

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "drivers/laboratory/bench_scenario.hpp"
 #include "drivers/laboratory/fluoroscope/c_arm.hpp"
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/vessel/vessel_file.hpp"
@@ -202,17 +203,28 @@ Scenario moving(std::int64_t seed) {
   return scenario;
 }
 
+Scenario bench(std::int64_t seed) {
+  Scenario scenario = common(
+      "bench",
+      "Sec. 3.2: four coils in a silicone aorta, five halts with one image each, registered by 13 markers; "
+      "the tracker as in field",
+      seed, 0, 0);
+  place_on_bench(scenario);
+  return scenario;
+}
+
 /// All presets, in the order in which they are listed: a new one is a row here and what makes it.
 struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 6> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 7> kPresets{{{"paper", paper},
                                           {"field", field},
                                           {"frozen", frozen},
                                           {"clinical", clinical},
                                           {"biplane", biplane},
-                                          {"moving", moving}}};
+                                          {"moving", moving},
+                                          {"bench", bench}}};
 
 CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   if (scenario.vessel_file.empty()) {

@@ -24,6 +24,12 @@ struct TimeSpan {
   [[nodiscard]] bool contains(double t_s) const { return t_s >= from_s && t_s < until_s; }
 };
 
+/// What is around the catheter in the pictures.
+enum class Body {
+  kThorax,  ///< a patient's chest
+  kMockUp,  ///< a silicone aorta on a table
+};
+
 /// Everything that a preset is, for one seed.
 struct Scenario {
   std::string name;
@@ -46,6 +52,8 @@ struct Scenario {
   /// Middle of the region that the part of the catheter that is asked for comes through.
   Eigen::Vector3d middle_world_mm{0, 0, -195};
   std::vector<TimeSpan> fluoroscopy_off;
+  std::vector<TimeSpan> halts;  ///< the catheter is kept still; its first and last exposure lie within
+  Body body = Body::kThorax;
   ViewMotion view_motion;       ///< of the first view
   ClutterStates clutter;        ///< what else is in the pictures
   double contrast_from_s = -1;  ///< when contrast agent is injected; negative: never

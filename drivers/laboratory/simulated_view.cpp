@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "drivers/laboratory/fluoroscope/clutter.hpp"
+#include "drivers/laboratory/fluoroscope/mock_up.hpp"
 #include "drivers/laboratory/fluoroscope/thorax.hpp"
 #include "drivers/laboratory/vessel/vessel_file.hpp"
 
@@ -71,6 +72,7 @@ RadiographSettings settings_of(const Scenario& scenario) {
 
 AttenuationVolume body_of(const SimulatedWorld& world) {
   const Scenario& scenario = *world.scenario();
+  if (scenario.body == Body::kMockUp) return make_mock_up(course_of(scenario));
   ThoraxSettings settings;
   settings.seed = scenario.seed;
   settings.aorta = course_of(scenario);

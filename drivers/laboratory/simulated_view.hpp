@@ -14,8 +14,8 @@
 
 namespace tubed {
 
-/// The body that the preset's catheter is in: a chest with the preset's aorta. Takes a second or two.
-/// Precondition: the world has a preset.
+/// The body that the preset's catheter is in: a chest with the preset's aorta, a second or two, or a mock-up
+/// of it. Precondition: the world has a preset.
 AttenuationVolume body_of(const SimulatedWorld& world);
 
 /// May the table be panned on request? Then the chest of a preset is kept, to be cast anew.

@@ -104,7 +104,8 @@ SimulatedWorld::SimulatedWorld(RoomDescription described, const DriverSettings& 
     if (view_motion_.repeat_s == 0) view_motion_.repeat_s = 2 * run_->duration_s();
   }
   take_motion(settings, half_way_s(), view_motion_);
-  room_ = real_room(std::move(room_), mistakes_, draw_of(settings, scenario_.get()));
+  draw_ = draw_of(settings, scenario_.get());
+  room_ = real_room(std::move(room_), mistakes_, draw_);
 }
 
 bool SimulatedWorld::is_first(const CameraCalibration& camera) const {
@@ -119,11 +120,7 @@ std::optional<ViewGeometry> SimulatedWorld::announced(const CameraCalibration& a
                                                       std::int64_t exposure, std::int64_t seed) const {
   std::optional<ViewGeometry> said;
   if (is_first(at_rest)) said = announced_view(at_rest, view_motion_, t_s, exposure, seed);
-  if (said) {
-    said->fx *= mistakes_.focal;
-    said->fy *= mistakes_.focal;
-  }
-  return said;
+  return said ? std::optional(described_view(*said, mistakes_, draw_, 0)) : std::nullopt;
 }
 
 double SimulatedWorld::half_way_s() const {

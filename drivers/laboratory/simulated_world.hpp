@@ -85,6 +85,7 @@ class SimulatedWorld {
   [[nodiscard]] VesselPoint at(int instrument, double t_s, double s_mm) const;
 
   RoomMistakes mistakes_;
+  MistakeDraw draw_;
   RoomDescription room_;
   MonotonicTime epoch_;
   double max_speed_mm_s_;

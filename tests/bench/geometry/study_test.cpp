@@ -48,5 +48,20 @@ TEST(MistakeStudy, MovesAreUnannouncedAndOtherWordsAreMistakesOfTheRoom) {
   EXPECT_THROW(run_with("roll=5", "field", 51), std::invalid_argument);
 }
 
+TEST(MistakeStudy, TheTipsErrorIsThatOfTheFirstPointWhereTheShapeIsJudged) {
+  TrueRun run;
+  Estimates estimates;
+  MethodEvaluation judged;
+  for (std::uint32_t frame = 1; frame <= 3; ++frame) {
+    Eigen::Matrix3Xd points_mm = Eigen::Matrix3Xd::Zero(3, 2);
+    points_mm(2, 1) = 1;
+    run.instants.push_back({frame, {{0, 1}, points_mm}});
+    points_mm.colwise() += Eigen::Vector3d(3.0 * frame, 4.0 * frame, 0);
+    estimates[frame].centreline = {{0, 1}, points_mm};
+    judged.errors.push_back(frame == 2 ? std::nullopt : std::optional(ShapeError{}));
+  }
+  EXPECT_EQ(tip_errors_mm(run, estimates, judged), (std::vector<double>{5, 15}));
+}
+
 }  // namespace
 }  // namespace tubed

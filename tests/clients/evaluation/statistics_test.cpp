@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -49,6 +51,22 @@ TEST(Wilcoxon, FiveImprovementsOutOfFiveHaveThePValueOneSixteenth) {
 
   EXPECT_DOUBLE_EQ(result.p_two_sided, 0.0625);
   EXPECT_DOUBLE_EQ(result.rank_biserial(), 1);
+}
+
+TEST(Wilcoxon, OfFivePairsHasThePValuesOfTheExactTable) {
+  // Subsets of the ranks 1 .. 5 with a sum of at most w, of 32; twice that.
+  constexpr std::array<double, 8> kTwoSided{2, 4, 6, 10, 14, 20, 26, 32};
+  for (int signs = 0; signs < 32; ++signs) {
+    std::vector<double> differences;
+    int positive = 0;
+    for (int rank = 1; rank <= 5; ++rank) {
+      const bool is_positive = ((signs >> (rank - 1)) & 1) == 1;
+      differences.push_back(is_positive ? rank : -rank);
+      positive += is_positive ? rank : 0;
+    }
+    const auto smaller = static_cast<std::size_t>(std::min(positive, 15 - positive));
+    EXPECT_DOUBLE_EQ(wilcoxon_signed_rank(differences).p_two_sided, kTwoSided[smaller] / 32) << signs;
+  }
 }
 
 TEST(Wilcoxon, CountsTiesExactlyByTheirMidRanks) {

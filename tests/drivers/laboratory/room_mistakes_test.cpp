@@ -49,14 +49,17 @@ DriverSettings with_mistakes(const std::string& words) {
 }
 
 TEST(RoomMistakes, AreReadFromWords) {
-  const RoomMistakes mistakes = parse_mistakes(mistake_words(
-      " registration=6,2.5 offsets=-5\toffset=2,3 offset=4,-1 focal=1.08 clock=-150 field-jump=4,12 polarity "
-      "mirrored coil-order coil-direction "));
+  const RoomMistakes mistakes =
+      parse_mistakes(mistake_words(" registration=6,2.5 offsets=-5\toffset=2,3 offset=4,-1 focal=1.08 "
+                                   "pose=3,0.5 clock=-150 field-jump=4,12 "
+                                   "polarity mirrored coil-order coil-direction "));
   EXPECT_EQ(mistakes.registration_mm, 6);
   EXPECT_EQ(mistakes.registration_deg, 2.5);
   EXPECT_EQ(mistakes.offsets_mm, -5);
   EXPECT_EQ(mistakes.offset_mm, (std::map<int, double>{{2, 3}, {4, -1}}));
   EXPECT_EQ(mistakes.focal, 1.08);
+  EXPECT_EQ(mistakes.pose_mm, 3);
+  EXPECT_EQ(mistakes.pose_deg, 0.5);
   EXPECT_EQ(mistakes.em_stamp_error_s(), 0.15);
   EXPECT_EQ(mistakes.image_stamp_error_s(), 0);
   EXPECT_EQ(mistakes.field_jump_mm, 4);
@@ -107,16 +110,36 @@ TEST(RoomMistakes, ARegistrationIsOffByWhatIsSaidAtTheMiddleOfTheRegion) {
   EXPECT_GT((other.T_world_em.translation() - described.T_world_em.translation()).norm(), 0.1);
 }
 
+TEST(RoomMistakes, EachViewIsOffByWhatIsSaidAtTheMiddleOfTheRegionAndItsImagesSayTheSame) {
+  RoomDescription room = some_room();
+  room.cameras.push_back(room.cameras.front());
+  const RoomMistakes mistakes = parse_mistakes({"pose=5,1", "focal=1.1"});
+  const RoomDescription described = described_room(room, mistakes, kDraw);
+  std::vector<Eigen::Vector3d> shifts_mm;
+  for (std::size_t i = 0; i < room.cameras.size(); ++i) {
+    const RigidTransform& T_camera_world = room.cameras[i].T_camera_world;
+    const RigidTransform E = T_camera_world.inverse() * described.cameras[i].T_camera_world;
+    shifts_mm.emplace_back(E * kDraw.middle_world_mm - kDraw.middle_world_mm);
+    EXPECT_NEAR(shifts_mm.back().norm(), 5, 1e-9);
+    EXPECT_NEAR(Eigen::AngleAxisd(E.linear()).angle(), std::numbers::pi / 180, 1e-9);
+    const ViewGeometry said = described_view(geometry_of(room.cameras[i]), mistakes, kDraw, i);
+    EXPECT_TRUE(said.T_camera_world().isApprox(described.cameras[i].T_camera_world, 1e-12));
+    EXPECT_EQ(said.fx, described.cameras[i].fx);
+  }
+  EXPECT_GT((shifts_mm[0] - shifts_mm[1]).norm(), 0.1) << "each in a direction of its own";
+}
+
 TEST(RoomMistakes, TheRealRoomIsFoundFromItsDescription) {
   const RoomDescription room = some_room();
-  const RoomMistakes mistakes =
-      parse_mistakes({"registration=6,2", "offsets=5", "offset=3,-2", "focal=1.08", "coil-order"});
+  const RoomMistakes mistakes = parse_mistakes(
+      {"registration=6,2", "offsets=5", "offset=3,-2", "focal=1.08", "pose=5,1", "coil-order"});
   const RoomDescription described = described_room(room, mistakes, kDraw);
   EXPECT_EQ(offsets_of(described), (std::vector<double>{15, 95, 173, 275, 375}));
   EXPECT_EQ(described.cameras.front().fx, 2160);
   const RoomDescription real = real_room(described, mistakes, kDraw);
   EXPECT_TRUE(real.T_world_em.isApprox(room.T_world_em, 1e-12));
   EXPECT_NEAR(real.cameras.front().fy, 2000, 1e-9);
+  EXPECT_TRUE(real.cameras.front().T_camera_world.isApprox(room.cameras.front().T_camera_world, 1e-12));
   EXPECT_EQ(offsets_of(real), offsets_of(room));
   EXPECT_EQ(sensors_of(real), (std::vector<int>{5, 4, 3, 2, 1}));
 }
