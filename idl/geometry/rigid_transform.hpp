@@ -16,8 +16,8 @@ using RigidTransform = Eigen::Isometry3d;
 std::optional<RigidTransform> rigid_from_matrix(const Eigen::Matrix4d& matrix, double tolerance,
                                                 std::string& why);
 
-/// How far the 3 x 3 part is from orthonormal: the greatest element of |R^T R - 1|. Numbers rounded to d decimals
-/// have up to 2 * 10^-d.
+/// How far the 3 x 3 part is from orthonormal: the greatest element of |R^T R - 1|. Numbers rounded to d
+/// decimals have up to 2 * 10^-d.
 double orthonormality_error(const Eigen::Matrix4d& matrix);
 
 /// The shortest rotation that turns +z onto `direction` (any length but 0), as unit quaternion; for -z, about

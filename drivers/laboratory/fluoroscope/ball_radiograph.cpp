@@ -36,7 +36,8 @@ struct PixelBox {
 };
 
 /// Twice the ball's radius around its centre, so that lens distortion and obliquity have room.
-std::optional<PixelBox> shaded_pixels(const Camera& camera, const Eigen::Vector3d& p_world_mm, double radius_mm) {
+std::optional<PixelBox> shaded_pixels(const Camera& camera, const Eigen::Vector3d& p_world_mm,
+                                      double radius_mm) {
   const std::optional<Projection> centre = camera.project(p_world_mm);
   if (!centre || centre->depth_mm <= 2 * radius_mm) return std::nullopt;
   const double reach_px = 2 * radius_mm * centre->J_image_world.norm() + 3;
@@ -70,8 +71,8 @@ void shade(const PixelRays& rays, const BallScene& scene, Eigen::Index index, st
   const CameraBall ball{rays.camera().calibration().T_camera_world * p_world_mm, scene.radius_mm[index]};
   for (int y = box->top; y <= box->bottom; ++y) {
     for (int x = box->left; x <= box->right; ++x) {
-      const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(rays.width()) +
-                                static_cast<std::size_t>(x);
+      const std::size_t pixel =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(rays.width()) + static_cast<std::size_t>(x);
       picture[pixel] *= static_cast<float>(transmission_of(rays, pixel, ball, scene.ball_attenuation_per_mm));
     }
   }
@@ -93,7 +94,8 @@ std::vector<float> body_picture(const PixelRays& rays, double attenuation) {
 }
 
 /// From transmissions to detected quanta; the beam without phantom has `open_quanta`.
-void detect(const BallExposure& exposure, int width, int height, float open_quanta, std::vector<float>& picture) {
+void detect(const BallExposure& exposure, int width, int height, float open_quanta,
+            std::vector<float>& picture) {
   const DetectorSettings& detector = exposure.detector;
   PointSpread(width, height, detector.source_blur_px).apply(picture);
   double mean = 0;

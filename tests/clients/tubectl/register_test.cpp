@@ -95,9 +95,8 @@ TEST_F(RegisterTest, MarkersGiveARegistrationAndAPage) {
       run_register(Phantom(), {"--report", file("r.svg"), "--out", file("r.toml"), "--axes", "LPS"});
 
   EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.words;
-  for (const char* const key :
-       {"T_world_em = ", "registration_residual_mm = ", "registration_covariance = ",
-        "registration_centre_mm = ", "registration_date = ", "world_axes = 'LPS'"}) {
+  for (const char* const key : {"T_world_em = ", "registration_residual_mm = ", "registration_covariance = ",
+                                "registration_centre_mm = ", "registration_date = ", "world_axes = 'LPS'"}) {
     EXPECT_NE(text_of_file(file("r.toml")).find(key), std::string::npos) << key;
   }
   EXPECT_NE(text_of_file(file("r.svg")).find("Residuals"), std::string::npos);
