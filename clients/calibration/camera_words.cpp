@@ -156,6 +156,11 @@ void say_distortion(const CameraFindings& findings, Statements& statements) {
            (covered > kMinCovered ? ""
                                   : ", beyond them it is a guess: move the phantom through the "
                                     "whole image")});
+  // The terms that are left out move the principal point, and with it the pose across the view.
+  statements.push_back(
+      {Verdict::kDoubtful,
+       "with distortion the pose across the view may be off by 2 mm, whatever pose_sigma_mm says: "
+       "compare `tubectl check` of a recording"});
 }
 
 void say_directions(const CameraFindings& findings, Statements& statements) {

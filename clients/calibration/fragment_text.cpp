@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <ctime>
 #include <map>
 #include <sstream>
@@ -48,6 +49,23 @@ std::string headers_between(const ValuePath& path, std::vector<PathStep>& open) 
   return text;
 }
 
+/// A table and where it leads, as FoundValue::path has it without the key.
+using Tables = std::vector<std::pair<std::string, ValuePath>>;
+
+/// Where a further table has to stand: before what is inside of it, and beside others of its outermost one,
+/// so that no element of a list is opened twice.
+Tables::const_iterator place_among(const Tables& tables, const std::string& table, const ValuePath& path) {
+  const auto inside = std::find_if(tables.begin(), tables.end(),
+                                   [&](const auto& other) { return other.first.starts_with(table + "."); });
+  if (inside != tables.end()) {
+    return inside;
+  }
+  const auto beside = std::find_if(tables.rbegin(), tables.rend(), [&](const auto& other) {
+    return other.second.tables.front() == path.tables.front();
+  });
+  return beside == tables.rend() ? tables.end() : beside.base();
+}
+
 }  // namespace
 
 std::string value_text(const SettingValue& value, std::size_t indent) {
@@ -79,13 +97,13 @@ std::string to_toml(const ConfigurationFragment& fragment) {
     text += "# " + one_line(remark) + "\n";
   }
   // A table is written once: its values stand together, in the order in which tables were first named.
-  std::vector<std::pair<std::string, ValuePath>> tables;
+  Tables tables;
   std::map<std::string, std::string> lines;
   for (const FoundValue& found : fragment.values) {
     const ValuePath path = parse_value_path(found.path);
     const std::string table = found.path.substr(0, found.path.size() - path.key.size() - 1);
     if (lines.find(table) == lines.end()) {
-      tables.emplace_back(table, path);
+      tables.insert(place_among(tables, table, path), {table, path});
     }
     lines[table] += key_line(path.key, found.value) + "\n";
   }

@@ -1,14 +1,17 @@
-// tubectl calibrate: what a room's cameras are calibrated with.
+// tubectl calibrate: cameras, coils, the tracker's noise.
 #include "clients/tubectl/calibrate/calibrate_camera.hpp"
+#include "clients/tubectl/calibrate/calibrate_coils.hpp"
 #include "clients/tubectl/verbs.hpp"
 
 namespace tubed {
 
 CommandLine add_calibrate(CommandLine app, int& exit_code) {
-  CommandLine verb = app.add_subcommand("calibrate", "Calibrate cameras");
+  CommandLine verb = app.add_subcommand("calibrate", "Calibrate cameras, coils and the tracker's noise");
   verb.require_subcommand();
   add_calibrate_camera(verb, exit_code);
   add_calibrate_phantom(verb, exit_code);
+  add_calibrate_coils(verb, exit_code);
+  add_calibrate_noise(verb, exit_code);
   return verb;
 }
 

@@ -91,6 +91,20 @@ TEST(ConfigurationFragment, NamesElementsOfListsByTheirNames) {
   EXPECT_EQ(parsed["instrument"][0]["coil"][0]["offset_from_tip_mm"].value<double>(), 93.2);
 }
 
+TEST(ConfigurationFragment, AnElementIsOpenedOnceHoweverItsValuesAreOrdered) {
+  const toml::table parsed =
+      toml::parse(to_toml(fragment_of({{"camera[A].c_arm.zoom", 1.5},
+                                       {"em.registration_residual_mm", 1.0},
+                                       {"camera[A].cx", 257.3},
+                                       {"instrument[cath-1].coil[1].offset_from_tip_mm", 8.0},
+                                       {"camera[A].cy", 253.9}})));
+
+  ASSERT_EQ(parsed["camera"].as_array()->size(), 1U);
+  EXPECT_EQ(parsed["camera"][0]["cx"].value<double>(), 257.3);
+  EXPECT_EQ(parsed["camera"][0]["cy"].value<double>(), 253.9);
+  EXPECT_EQ(parsed["camera"][0]["c_arm"]["zoom"].value<double>(), 1.5);
+}
+
 TEST(ConfigurationFragment, TextsCannotEndACommentOrAString) {
   ConfigurationFragment fragment = fragment_of({{"em.registration_date", std::string("a\"b\n[evil]")}});
   fragment.remarks = {"marker \"x\"\n[evil]\nkey = 1"};

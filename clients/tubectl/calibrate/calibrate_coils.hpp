@@ -1,0 +1,11 @@
+// The verbs below `tubectl calibrate` that are about coils.
+#pragma once
+
+#include "idl/command_line/command_line.hpp"
+
+namespace tubed {
+
+CommandLine add_calibrate_coils(CommandLine app, int& exit_code);
+CommandLine add_calibrate_noise(CommandLine app, int& exit_code);
+
+}  // namespace tubed
