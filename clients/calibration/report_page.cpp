@@ -155,8 +155,11 @@ void ReportPage::figure(double height_px, const std::string& caption,
   draw(svg_, room);
   svg_.end_clip();
   y_ += height_px + 12;
-  svg_.text({kMargin, y_ + 2}, caption, 11, TextAnchor::kStart, kGrey);
-  y_ += kLine + 4;
+  for (const std::string& line : broken(caption, kWidth - 2 * kMargin)) {
+    svg_.text({kMargin, y_ + 2}, line, 11, TextAnchor::kStart, kGrey);
+    y_ += 15;
+  }
+  y_ += 8;
 }
 
 std::string ReportPage::str() const { return svg_.str(); }

@@ -1,6 +1,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cstdio>
 #include <map>
 #include <set>
 
@@ -194,9 +196,14 @@ std::string refusal(const RegistrationCovariance& covariance) {
   const double least =
       Eigen::SelfAdjointEigenSolver<RegistrationCovariance>(correlation, Eigen::EigenvaluesOnly)
           .eigenvalues()(0);
-  return least >= -kTolerance ? ""
-                              : "expected a positive semidefinite matrix, found an eigenvalue of " +
-                                    to_toml(least) + " (of its correlations)";
+  if (least >= -kTolerance) {
+    return "";
+  }
+  std::array<char, 120> words{};
+  std::snprintf(words.data(), words.size(),
+                "expected a positive semidefinite matrix, found an eigenvalue of %.3g (of its correlations)",
+                least);
+  return words.data();
 }
 
 std::optional<RegistrationQuality> registration_quality(const CheckedTable& em, Problems& problems) {

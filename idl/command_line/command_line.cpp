@@ -47,7 +47,7 @@ std::optional<UnknownVerb> unknown_verb(const CLI::App& program, int argc, const
 void refuse(const UnknownVerb& unknown) {
   const auto near = near_miss(unknown.word, unknown.verbs);
   std::cerr << unknown.command << ": there is no '" << unknown.word << "'"
-            << (near ? "; did you mean '" + *near + "'?" : std::string()) << " `" << unknown.command
+            << (near ? "; did you mean '" + *near + "'? `" : std::string("; `")) << unknown.command
             << " --help` lists what there is.\n";
 }
 

@@ -239,6 +239,21 @@ TEST(Assemble, ACameraKeepsItsFourNumbersApart) {
   EXPECT_EQ(camera.distortion, (std::array<double, 5>{0.1, 0.2, 0.3, 0.4, 0.5}));
 }
 
+TEST(Assemble, ARotationWithThreeDecimalsIsMadeOneAndWarnedOf) {
+  const std::string exact = "T_world_em = [[1, 0, 0, 0], [0, 1, 0, 0]";
+
+  const auto rounded = parse_configuration(
+      base_with(exact, "T_world_em = [[0.707, -0.707, 0, 0], [0.707, 0.707, 0, 0]"), "room.toml");
+
+  EXPECT_NEAR(rounded.room.T_world_em.linear().determinant(), 1, 1e-12);
+  ASSERT_FALSE(rounded.warnings.empty());
+  EXPECT_NE(rounded.warnings.back().find("em.T_world_em: its rotation is rounded"), std::string::npos)
+      << rounded.warnings.back();
+  EXPECT_NE(
+      complaint(base_with(exact, "T_world_em = [[0.7, -0.7, 0, 0], [0.7, 0.7, 0, 0]")).find("four decimals"),
+      std::string::npos);
+}
+
 TEST(Assemble, AResidualBelongsToARegistration) {
   const std::string residual = "registration_residual_mm = 1.81\n";
 
