@@ -1,4 +1,5 @@
 // tubectl calibrate coils: where coils sit along the catheter.
+#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,11 +18,21 @@ namespace {
 struct CoilsOptions {
   CoilSourceOptions source;
   AcceptOptions accept;
-  std::vector<double> tip_em_mm;
+  std::string tip_em_mm;  ///< X,Y,Z; empty: not touched
   double tip_sigma_mm = 0.5;
   std::optional<double> tip_beyond_mm;
   std::string json;
 };
+
+Eigen::Vector3d place_from(const std::string& text) {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  int read = 0;
+  const int count = std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &place.x(), &place.y(), &place.z(), &read);
+  if (count != 3 || static_cast<std::size_t>(read) != text.size() || !place.allFinite()) {
+    throw CalibrationError("--tip: expected X,Y,Z in mm, such as 12.1,-20.3,-148.8, found " + text);
+  }
+  return place;
+}
 
 template <typename Coils>
 nlohmann::json json_of(const Coils& coils) {
@@ -41,7 +52,7 @@ int calibrate_straight(const CoilsOptions& options) {
   const std::vector<CoilRecording> recordings = read_coils(options.source, options.accept.config);
   StraightTip tip;
   if (!options.tip_em_mm.empty()) {
-    tip.p_em_mm = Eigen::Map<const Eigen::Vector3d>(options.tip_em_mm.data());
+    tip.p_em_mm = place_from(options.tip_em_mm);
     tip.p_sigma_mm = options.tip_sigma_mm;
   } else if (options.tip_beyond_mm) {
     tip.beyond_coil_mm = *options.tip_beyond_mm;
@@ -79,9 +90,7 @@ CommandLine add_calibrate_coils(CommandLine app, int& exit_code) {
   add_coil_source_options(verb, options->source);
   verb.add_option("--tip", options->tip_em_mm,
                   "X,Y,Z of the tip in the tracker's frame, mm, as a probe touched it or "
-                  "the stop is known")
-      .delimiter(',')
-      .expected(3, 3);
+                  "the stop is known");
   verb.add_option("--tip-beyond", options->tip_beyond_mm,
                   "From the middle of the first coil to the tip, mm, measured otherwise")
       .in_range(0.0, 500.0);

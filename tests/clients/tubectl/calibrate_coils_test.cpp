@@ -114,6 +114,16 @@ TEST(CalibrateCoils, AReversedOrderIsBadDataAndNothingIsOffered) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["mistakes"].size(), 1U);
 }
 
+TEST(CalibrateCoils, ATipThatIsNoPlaceIsRefused) {
+  const TemporaryFolder folder;
+  write_groove(folder, 1);
+  for (const char* const tip : {"1,2", "1,2,x", "1,2,3,4", "nan,0,0"}) {
+    const Outcome outcome = calibrate({"coils", "--tip", tip, folder.path().string()});
+    EXPECT_EQ(outcome.exit_code, kExitBadData) << tip;
+    EXPECT_NE(outcome.err.find("expected X,Y,Z"), std::string::npos) << outcome.err;
+  }
+}
+
 TEST(CalibrateCoils, AReportIsAnSvgPage) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
