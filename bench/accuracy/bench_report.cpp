@@ -125,6 +125,7 @@ void print_errors(const std::vector<BenchDraw>& draws, const std::vector<Method>
 
 void print_pair(const std::vector<BenchDraw>& draws, const std::vector<Method>& methods,
                 const ComparedPair& pair, std::ostream& out) {
+  const bool is_the_papers = methods[pair.fused].settings.mode == methods[pair.em].settings.mode;
   for (std::size_t i = 0; i < kMetrics.size(); ++i) {
     std::vector<double> p;
     std::vector<double> effect;
@@ -147,7 +148,7 @@ void print_pair(const std::vector<BenchDraw>& draws, const std::vector<Method>& 
         << formatted(" | %.0f | %.2f (%.2f to %.2f) | %zu of %zu | %.2f | %.1e | ",
                      quantile(improvement, 0.5), quantile(p, 0.5), quantile(p, 0), quantile(p, 1),
                      static_cast<std::size_t>(all_better), effect.size(), quantile(effect, 0.5), p_draws)
-        << kPaper[i].p << ", " << kPaper[i].effect << " |\n";
+        << (is_the_papers ? std::string(kPaper[i].p) + ", " + std::string(kPaper[i].effect) : "-") << " |\n";
   }
 }
 

@@ -147,10 +147,11 @@ float& CtScan::place(const VoxelIndex& voxel) {
 
 double blurred_disc(double distance_mm, double radius_mm, double blur_mm) {
   const double variance = blur_mm * blur_mm;
-  constexpr int kSteps = 200;
-  const double step = radius_mm / kSteps;
+  constexpr double kStepsPerBlur = 20;
+  const int steps = std::max(200, static_cast<int>(std::ceil(kStepsPerBlur * radius_mm / blur_mm)));
+  const double step = radius_mm / steps;
   double sum = 0;
-  for (int i = 0; i < kSteps; ++i) {  // midpoint rule
+  for (int i = 0; i < steps; ++i) {  // midpoint rule
     const double rho = (i + 0.5) * step;
     // exp(-(rho - d)^2 / 2 sigma^2) times I0(x) exp(-x), which stays small where I0 alone overflows.
     const double x = rho * distance_mm / variance;
