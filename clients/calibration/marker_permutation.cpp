@@ -16,7 +16,7 @@ using Order = std::vector<std::size_t>;
 using Triangle = std::array<std::size_t, 3>;
 
 constexpr std::size_t kMaxSearched = 20;
-constexpr double kLeastSigma_mm = 0.1;
+constexpr double kMinSigma_mm = 0.1;
 
 Eigen::Vector3d at(const Eigen::Matrix3Xd& points, std::size_t index) {
   return points.col(static_cast<Eigen::Index>(index));
@@ -39,7 +39,7 @@ class OrderSearch {
  public:
   OrderSearch(const MarkerPairs& pairs, double least_log_ratio) : pairs_(pairs), identity_(pairs.size()) {
     std::iota(identity_.begin(), identity_.end(), std::size_t{0});
-    floor_mm2_ = degrees() * kLeastSigma_mm * kLeastSigma_mm;
+    floor_mm2_ = degrees() * kMinSigma_mm * kMinSigma_mm;
     named_mm2_ = fit_rigid(pairs.p_world_mm, pairs.p_em_mm).squared_residuals_mm2 + floor_mm2_;
     best_mm2_ = named_mm2_ * std::exp(-2 * least_log_ratio / degrees());
   }

@@ -12,9 +12,8 @@ namespace tubed {
 
 namespace {
 
-constexpr double kLeastTouch_mm = 0.3;  ///< along an axis: a hand and a tracker do no better
-constexpr double kLeastSigma_mm =
-    0.02;  ///< likewise, for exact numbers of a drawing: nothing divides by zero
+constexpr double kMinTouch_mm = 0.3;   ///< along an axis: a hand and a tracker do no better
+constexpr double kMinSigma_mm = 0.02;  ///< likewise, for exact numbers of a drawing: nothing divides by zero
 
 /// Sum of |q|^2 I - q q^T over the markers: their inertia about the centroid, mm^2. Its inverse times the
 /// variance of a marker along an axis is the covariance of the turn.
@@ -107,7 +106,7 @@ double expected_tre_mm(const MarkerRegistration& registration, const Eigen::Vect
 }
 
 double freest_turn_rad(const MarkerRegistration& registration) {
-  const double sigma2_mm2 = std::max(sigma2_of(registration.fle_mm), kLeastTouch_mm * kLeastTouch_mm);
+  const double sigma2_mm2 = std::max(sigma2_of(registration.fle_mm), kMinTouch_mm * kMinTouch_mm);
   const Eigen::Matrix3d turn_rad2 = covariance_of(registration, sigma2_mm2).topLeftCorner<3, 3>();
   return std::sqrt(
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turn_rad2, Eigen::EigenvaluesOnly).eigenvalues()(2));
@@ -125,7 +124,7 @@ std::vector<LeftOut> leave_one_out(const MarkerPairs& pairs, std::optional<doubl
     const MarkerRegistration registration = register_markers(others, fle_mm);
     const Eigen::Vector3d error_mm =
         registration.T_world_em * pairs.p_em_mm.col(column) - pairs.p_world_mm.col(column);
-    const double sigma2_mm2 = std::max(sigma2_of(registration.fle_mm), kLeastSigma_mm * kLeastSigma_mm);
+    const double sigma2_mm2 = std::max(sigma2_of(registration.fle_mm), kMinSigma_mm * kMinSigma_mm);
     RegistrationQuality known = registration.quality;
     known.covariance = covariance_of(registration, sigma2_mm2);
     // the marker's own error and that of the registration where it is

@@ -18,7 +18,7 @@ namespace {
 // one that is a hundred times less likely is out of the question.
 const double kLogEvidence = std::log(100.0);
 constexpr double kSignificance = 0.01;  // of a whole set of markers
-constexpr double kLeastSigma_mm = 0.1;  // along an axis; as in marker_permutation.hpp
+constexpr double kMinSigma_mm = 0.1;    // along an axis; as in marker_permutation.hpp
 constexpr double kMaxFreestTurn_deg = 2;
 constexpr double kDeg = std::numbers::pi / 180;
 
@@ -70,7 +70,7 @@ CalibrationFinding check_units(const MarkerPairs& pairs) {
 /// Of two explanations with as many unknowns each: how much likelier `other` is than `stated`, both sums of
 /// squared residuals, for a sigma that is not known.
 double log_ratio(double stated_mm2, double other_mm2, int degrees_of_freedom) {
-  const double floor_mm2 = degrees_of_freedom * kLeastSigma_mm * kLeastSigma_mm;
+  const double floor_mm2 = degrees_of_freedom * kMinSigma_mm * kMinSigma_mm;
   return degrees_of_freedom / 2.0 * std::log((stated_mm2 + floor_mm2) / (other_mm2 + floor_mm2));
 }
 
@@ -169,7 +169,7 @@ CalibrationFinding check_scale(const MarkerPairs& pairs, const MarkerRegistratio
   const double explained_mm2 = (scale - 1) * (scale - 1) * length2_mm2;
   const double left_mm2 = std::max(registration.residual_world_mm.squaredNorm() - explained_mm2, 0.0);
   const double dof = registration.degrees_of_freedom - 1;
-  const double sigma2_mm2 = std::max(left_mm2 / dof, kLeastSigma_mm * kLeastSigma_mm);
+  const double sigma2_mm2 = std::max(left_mm2 / dof, kMinSigma_mm * kMinSigma_mm);
   const double percent = 100 * (scale - 1);
   const std::string evidence = formatted("lengths in the world are %+.2f %% of the touched ones, +- %.2f",
                                          percent, 100 * std::sqrt(sigma2_mm2 / length2_mm2));

@@ -8,15 +8,13 @@ namespace tubed {
 
 namespace {
 
-constexpr double kLeastShare = 0.2;   // of a default
-constexpr double kGreatestShare = 5;  // a calibration that knows less than that was none
+constexpr double kMinShare = 0.2;  // of a default
+constexpr double kMaxShare = 5;    // a calibration that knows less than that was none
 constexpr double kRadians = std::numbers::pi / 180;
 
 double mean_square(const Eigen::Vector3d& sigma) { return sigma.squaredNorm() / 3; }
 
-double bounded(double sigma, double usual) {
-  return std::clamp(sigma, kLeastShare * usual, kGreatestShare * usual);
-}
+double bounded(double sigma, double usual) { return std::clamp(sigma, kMinShare * usual, kMaxShare * usual); }
 
 /// Mean variances of a shift and of a turn over the three axes.
 struct MotionVariance {
