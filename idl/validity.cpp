@@ -9,7 +9,8 @@ constexpr std::array<std::string_view, kReasonCount> kReasonNames = {
     "EM_STALE",        "EM_STUCK",       "COIL_LOST",        "COIL_OUTLIER",    "OUT_OF_VOLUME",
     "IMAGE_OFF",       "IMAGE_STALE",    "IMAGE_REJECTED",   "IMAGE_LOST_TUBE", "NOT_CONVERGED",
     "NO_REGISTRATION", "CLOCK_UNSYNCED", "DEADLINE_MISSED",  "INITIALISING",    "DEMO_DATA",
-    "REPLAY_DATA",     "RIVAL_WRITER",   "GEOMETRY_CHANGED", "REFERENCE_LOST",  "EM_IMAGE_DISAGREE"};
+    "REPLAY_DATA",     "RIVAL_WRITER",   "GEOMETRY_CHANGED", "REFERENCE_LOST",  "EM_IMAGE_DISAGREE",
+    "TIP_NOT_SEEN"};
 }  // namespace
 
 std::string_view name_of(Validity validity) {

@@ -34,8 +34,9 @@ enum class Reason : std::uint32_t {
   kGeometryChanged = 1U << 17,  ///< table or C-arm moved and no pose said so: that view's images are left out
   kReferenceLost = 1U << 18,    ///< the patient's reference is missing, contradicts itself or has jumped
   kEmImageDisagree = 1U << 19,  ///< coils lie beside the tube of the images by more than both may err
+  kTipNotSeen = 1U << 20,       ///< coils or images at the tip contradict the shape it is taken to have
 };
-inline constexpr int kReasonCount = 20;
+inline constexpr int kReasonCount = 21;
 
 /// A set of reasons, the bit mask on the wire.
 class Reasons {

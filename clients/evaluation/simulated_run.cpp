@@ -34,6 +34,8 @@ DriverSettings settings_for(const SimulatedRun& run) {
       .with("preset", run.preset)
       .with("seed", run.seed)
       .with("vessel", run.vessel)
+      .with("hook_radius_mm", run.hook_radius_mm)
+      .with("hook_length_mm", run.hook_length_mm)
       .with("swing_deg", run.swing_deg)
       .with("announces_pose", run.announces_pose)
       .with("pose_noise_deg", run.pose_noise_deg)
@@ -84,6 +86,9 @@ std::vector<Tick> measurements_of(const SimulatedRun& run, const Scenario& scena
 std::string command_of(const SimulatedRun& run) {
   std::ostringstream text;
   text << "tubectl simulate --preset " << run.preset << " --seed " << run.seed;
+  if (run.hook_radius_mm != 0) text << " --hook-radius " << run.hook_radius_mm;
+  if (run.hook_length_mm != 0) text << " --hook-length " << run.hook_length_mm;
+  if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
   if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
   if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
   if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
@@ -192,7 +197,11 @@ class RunWriter {
 }  // namespace
 
 Scenario scenario_of(const SimulatedRun& run) {
-  Scenario scenario = make_scenario(run.preset, run.seed);
+  Scenario scenario =
+      with_hook(make_scenario(run.preset, run.seed), {run.hook_radius_mm, run.hook_length_mm});
+  if (run.tip_coil_mm > 0) {
+    scenario.room.instruments.front().coils.front().offset_from_tip_mm = run.tip_coil_mm;
+  }
   if (!run.vessel.empty()) {
     scenario = in_vessel(std::move(scenario), run.vessel);
   }

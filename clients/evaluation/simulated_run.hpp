@@ -20,6 +20,9 @@ struct SimulatedRun {
   std::string preset = "paper";
   std::int64_t seed = 1;
   std::string vessel{};         ///< file of a vessel of your own; empty: the preset's aorta
+  double hook_radius_mm = 0;    ///< the catheter's tip is a hook; 0: as the preset has it
+  double hook_length_mm = 0;    ///< 0: see HookChoice
+  double tip_coil_mm = 0;       ///< from the tip to the first coil; 0: as the preset has it
   int every = 1;                ///< only every so many-th exposure
   int second_view_every = 0;    ///< second view with every so many-th of them; 0: as the preset has it
   double swing_deg = 0;         ///< the first view swings by so much every 20 s; 0: as the preset has it
@@ -35,8 +38,8 @@ struct SimulatedRun {
 };
 
 /// The preset with what `run` changes; its room is the real one. Throws std::runtime_error for a vessel that
-/// cannot be used, and for a second view of a preset that has one, std::invalid_argument for mistakes that
-/// cannot be made.
+/// cannot be used, and for a second view of a preset that has one, std::invalid_argument for mistakes and
+/// hooks that cannot be made.
 Scenario scenario_of(const SimulatedRun& run);
 
 /// The same room as sequence.toml describes it.

@@ -138,6 +138,26 @@ void check_plugs(const CheckedTable& file, Problems& problems) {
   }
 }
 
+void check_rest_shape(const CheckedTable& table, const InstrumentDescription& instrument,
+                      Problems& problems) {
+  const bool is_hook = instrument.rest_shape == RestShape::kHook;
+  for (const char* const key : {"hook_radius_mm", "hook_length_mm"}) {
+    if (is_hook && !table.has(key)) {
+      problems.push_back(
+          {table.at("rest_shape").position, table.path_of("rest_shape"),
+           std::string("a hook needs hook_radius_mm and hook_length_mm; ") + key + " is missing"});
+    } else if (!is_hook && table.has(key)) {
+      problems.push_back({table.at(key).position, table.path_of(key),
+                          "means nothing without rest_shape = \"hook\": expected both or neither"});
+    }
+  }
+  if (is_hook && table.has("hook_length_mm") && instrument.hook_length_mm >= instrument.length_mm) {
+    problems.push_back({table.at("hook_length_mm").position, table.path_of("hook_length_mm"),
+                        "expected less than the instrument's length_mm, " + to_toml(instrument.length_mm) +
+                            " mm, found " + to_toml(instrument.hook_length_mm)});
+  }
+}
+
 InstrumentDescription instrument_description(const CheckedTable& table, Problems& problems) {
   InstrumentDescription instrument;
   read_keys(table, instrument_keys(), instrument);
@@ -147,6 +167,7 @@ InstrumentDescription instrument_description(const CheckedTable& table, Problems
   check_offsets(table, problems);
   check_sensors(table, problems);
   check_expected_tools(table, problems);
+  check_rest_shape(table, instrument, problems);
   return instrument;
 }
 

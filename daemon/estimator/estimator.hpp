@@ -14,6 +14,7 @@
 namespace tubed {
 
 class ImageOnDemand;
+class RestHook;
 
 /// All that is known when a shape is due.
 struct Observation {
@@ -72,6 +73,14 @@ class Estimator {
 
   /// Forgets the past.
   virtual void reset() noexcept = 0;
+};
+
+/// One that can measure bending from a hook.
+class RestShapedEstimator : public Estimator {
+ public:
+  /// From the next estimate on the tip's rest shape is this hook, in the plane of its binormal; it belongs to
+  /// the caller, and the binormal follows the shape. nullptr: a straight tip. Whoever changes it resets.
+  virtual void set_rest(RestHook* hook) noexcept = 0;
 };
 
 /// Makes the estimator of settings.mode for one instrument of the room. Allocates; throws

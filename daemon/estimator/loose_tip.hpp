@@ -3,7 +3,15 @@
 
 #include <Eigen/Core>
 
+#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/rest_hook.hpp"
+
 namespace tubed {
+
+/// How much of the tube, mm from the tip, lies before whatever says to which side it turns: before the first
+/// coil that takes part where that is far from the tip, or in a hook with no coil in it. 0: the tip is held.
+/// `hook` nullptr: a straight tip.
+double loose_tip_mm(const CoilObservations& coils, const RestHook* hook);
 
 /// From the first coil outward, a piece of it at a time: calls `follow(from_mm)` with the arc length (mm from
 /// the tip) at which what is looked for begins, until it says that there is nothing to look at. `loose_mm`:

@@ -3,10 +3,25 @@
 
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/paper/paper_estimator.hpp"
+#include "daemon/estimator/preshaped_estimator.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
 #include "daemon/estimator/single_frame_estimator.hpp"
 
 namespace tubed {
+
+namespace {
+
+template <typename Inner>
+std::unique_ptr<Estimator> make_preshaped(const EstimatorSettings& settings,
+                                          const InstrumentDescription& instrument,
+                                          const RoomDescription& room) {
+  return std::make_unique<PreshapedEstimator>(
+      settings, instrument, room, [&](const EstimatorSettings& of) -> std::unique_ptr<RestShapedEstimator> {
+        return std::make_unique<Inner>(of, instrument, room);
+      });
+}
+
+}  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                           const InstrumentDescription& instrument,
@@ -15,13 +30,17 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
     throw std::invalid_argument("instrument '" + instrument.id + "' needs 1 to " + std::to_string(kMaxCoils) +
                                 " coils");
   }
+  const bool may_have_hook = instrument.rest_shape != RestShape::kStraight && !room.cameras.empty();
   switch (settings.mode) {
     case EstimatorMode::kFilter:
+      if (may_have_hook) return make_preshaped<RecursiveEstimator>(settings, instrument, room);
       return std::make_unique<RecursiveEstimator>(settings, instrument, room);
     case EstimatorMode::kPaper:
       return std::make_unique<PaperEstimator>(settings, instrument, room);
-    case EstimatorMode::kEm:
     case EstimatorMode::kJoint:
+      if (may_have_hook) return make_preshaped<SingleFrameEstimator>(settings, instrument, room);
+      return std::make_unique<SingleFrameEstimator>(settings, instrument, room);
+    case EstimatorMode::kEm:
       return std::make_unique<SingleFrameEstimator>(settings, instrument, room);
   }
   throw std::logic_error("no estimator is made for mode " + std::string(name_of(settings.mode)));

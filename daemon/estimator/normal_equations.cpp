@@ -120,6 +120,24 @@ void NormalEquations::add_shared(int first, const std::array<double, 4>& weights
   }
 }
 
+void NormalEquations::add_block(int first, const FourColumns& J, const Eigen::Vector3d& residual) {
+  const Eigen::Matrix<double, 12, 12> square = J.transpose() * J;
+  for (int column = 0; column < 12; ++column) {
+    band_.col(3 * first + column).head(12 - column) += square.col(column).tail(12 - column);
+  }
+  gradient_.segment<12>(3 * first).noalias() += J.transpose() * residual;
+  cost_ += residual.squaredNorm();
+}
+
+void NormalEquations::add_shared_block(int first, const FourColumns& J, const Eigen::Vector3d& residual,
+                                       const Eigen::Matrix<double, 3, SharedError::kParts>& H) {
+  add_block(first, J, residual);
+  for (int part = 0; part < 3; ++part) {
+    shared_error_.add(H.row(part).transpose(), residual[part]);
+  }
+  shared_.block<12, SharedError::kParts>(3 * first, shared_columns_).noalias() += J.transpose() * H;
+}
+
 void NormalEquations::end_shared() {
   shared_error_.close();
   for (Eigen::Index row = 0; row < shared_.rows(); ++row) {

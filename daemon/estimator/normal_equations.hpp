@@ -50,6 +50,23 @@ class NormalEquations {
   void add_with(int first, const std::array<double, 4>& weights, const Eigen::Matrix3d& gradient, int further,
                 double further_scale, const Eigen::Vector3d& residual);
 
+  /// How a residual of three parts goes with the twelve numbers of four coefficients, one after another.
+  using FourColumns = Eigen::Matrix<double, 3, 12>;
+
+  /// Three whitened residuals at once, between begin_shared() and end_shared(): r with dr/dC = J for the four
+  /// coefficients from `first`, and dr/du = H for the error that they share.
+  void add_shared_block(int first, const FourColumns& J, const Eigen::Vector3d& residual,
+                        const Eigen::Matrix<double, 3, SharedError::kParts>& H);
+
+  /// The same without anything shared.
+  void add_block(int first, const FourColumns& J, const Eigen::Vector3d& residual);
+
+  /// A residual of the shared error alone.
+  void add_to_shared(double residual, const SharedError::Parts& shared) {
+    shared_error_.add(shared, residual);
+    cost_ += residual * residual;
+  }
+
   /// A Gaussian prior: information matrix (3n x 3n, symmetric) around a mean from which C has gone by
   /// `departure`. Once between clear()s; `information` must stay as it is until the next.
   void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure);
@@ -61,7 +78,7 @@ class NormalEquations {
   void add_shared(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
                   double residual, const SharedError::Parts& shared);
   void end_shared();
-  static constexpr int kMaxShared = 4;
+  static constexpr int kMaxShared = 5;  ///< poses of four cameras and a hook's plane
 
   /// Factorises and solves; `step` is 3 x n. False when the matrix is not positive definite.
   bool solve(double damping, Eigen::Matrix3Xd& step);

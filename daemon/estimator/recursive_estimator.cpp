@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/estimator/agreement_words.hpp"
+#include "daemon/estimator/loose_tip.hpp"
 #include "daemon/estimator/report.hpp"
 
 namespace tubed {
@@ -82,6 +83,13 @@ void RecursiveEstimator::reset() noexcept {
     past.begun = false;
   }
   covariance_ = nullptr;
+}
+
+void RecursiveEstimator::set_rest(RestHook* hook) noexcept {
+  rest_ = hook;
+  start_.set_rest(hook);
+  map_.set_rest(hook);
+  image_map_.set_rest(hook);
 }
 
 bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noexcept {
@@ -340,7 +348,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   const CoilUpdate::Pull& pull = coil_update_.pull();
   adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                 interval_s);
-  if (coils.hold_tip()) {
+  if (loose_tip_mm(coils, rest_) == 0) {
     state_.rival.setZero();
   }
   learn_drift(interval_s);

@@ -24,7 +24,7 @@ namespace tubed {
 /// measurement is an update in the order of time, every image another one; an image that arrives after
 /// younger EM measurements is taken into the state of its own time, and the next estimate goes through those
 /// measurements again. Begins, and begins again after a loss, from SingleFrameSolver.
-class RecursiveEstimator final : public Estimator {
+class RecursiveEstimator final : public RestShapedEstimator {
  public:
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                      const RoomDescription& room);
@@ -34,6 +34,7 @@ class RecursiveEstimator final : public Estimator {
 
   void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
+  void set_rest(RestHook* hook) noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override;
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
 
@@ -196,6 +197,7 @@ class RecursiveEstimator final : public Estimator {
   ImageVerdict images_ = ImageVerdict::kNone;  ///< of this instant
   LostTube lost_tube_;
   CoilImageAgreement agreement_;
+  RestHook* rest_ = nullptr;             ///< nullptr: the tip is straight while nothing bends it
   const TubeMap* covariance_ = nullptr;  ///< that knows the covariance of shape_; nullptr: nobody
   bool converged_ = true;
   MonotonicTime shape_time_{};

@@ -56,13 +56,14 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   }
   C_before_ = state_.C;
   views_.look_from(observation);
-  if (!coils.hold_tip() && (state_.tip_is_missed || tip_is_out_of_reach())) {
+  const double loose_mm = loose_tip_mm(coils, rest_);
+  if (!coils.hold_tip() && rest_ == nullptr && (state_.tip_is_missed || tip_is_out_of_reach())) {
     trace_tip(observation, coils.first_used_mm(), estimate);
   }
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map_.spline(), coefficients_, {reach, coils.hold_tip()}, estimate);
+    looked = views_.measure(observation, map_.spline(), coefficients_, {reach, loose_mm == 0}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;
@@ -153,10 +154,11 @@ void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, c
                                        TubeEstimate& estimate) {
   mirror_test_.clear();
   const ViewConstraints* const view = view_of_tip(lines);
-  if (coils.hold_tip() || view == nullptr) {
+  const double loose_mm = loose_tip_mm(coils, rest_);
+  if (loose_mm == 0 || view == nullptr) {
     return;
   }
-  mirror_test_.run({*view->camera, map_.spline(), coils.first_used_mm(), image_map_.cost()}, coefficients_,
+  mirror_test_.run({*view->camera, map_.spline(), loose_mm, image_map_.cost()}, coefficients_,
                    [&](Eigen::Matrix3Xd& C) {
                      bool converged = false;
                      estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(

@@ -9,13 +9,14 @@
 namespace tubed {
 
 /// See Estimator for thread and promises, SingleFrameSolver for the method.
-class SingleFrameEstimator final : public Estimator {
+class SingleFrameEstimator final : public RestShapedEstimator {
  public:
   SingleFrameEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                        const RoomDescription& room);
 
   void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
+  void set_rest(RestHook* hook) noexcept override { solver_.set_rest(hook); }
   [[nodiscard]] ImageNeed image_need() const noexcept override;
 
  private:

@@ -34,6 +34,7 @@ SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double l
 bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate) {
   bending_.setOnes();
   map_.set_bending(bending_);
+  map_.set_rest(nullptr);
   mirror_test_.clear();
   if (!map_.solve_linear(coils, C_)) {
     return false;
@@ -41,6 +42,12 @@ bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate
   estimate.iterations +=
       static_cast<std::uint32_t>(map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_));
   reject_outlier(coils);
+  if (rest_ != nullptr) {
+    map_.set_rest(rest_);
+    map_.solve_linear(coils, C_);
+    estimate.iterations +=
+        static_cast<std::uint32_t>(map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_));
+  }
   return true;
 }
 
@@ -86,7 +93,8 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    const bool looked = views.measure(observation, map_.spline(), C_, {reach, coils.hold_tip()}, estimate);
+    const bool looked =
+        views.measure(observation, map_.spline(), C_, {reach, loose_tip_mm(coils, rest_) == 0}, estimate);
     const auto lines = views.constraints(observation, 1, false);
     if (!lines.empty()) {
       estimate.iterations += static_cast<std::uint32_t>(
@@ -116,7 +124,7 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
 // it is followed from the first coil outward, a piece at a time. What led it there may bend it.
 void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObservations& coils,
                                   TubeViews& views, TubeEstimate& estimate) {
-  if (coils.hold_tip()) {
+  if (coils.hold_tip() || rest_ != nullptr) {
     return;
   }
   const double loose_mm = coils.first_used_mm();
@@ -145,16 +153,16 @@ void SingleFrameSolver::test_mirrored(const Observation& observation, const Coil
                                       TubeViews& views, TubeEstimate& estimate) {
   const auto lines = views.constraints(observation, 1, false);
   const ViewConstraints* const view = view_of_tip(lines);
-  if (coils.hold_tip() || view == nullptr) {
+  const double loose_mm = loose_tip_mm(coils, rest_);
+  if (loose_mm == 0 || view == nullptr) {
     return;
   }
-  mirror_test_.run({*view->camera, map_.spline(), coils.first_used_mm(), map_.cost()}, C_,
-                   [&](Eigen::Matrix3Xd& C) {
-                     bool converged = false;
-                     estimate.iterations += static_cast<std::uint32_t>(
-                         map_.refine(coils, lines, nullptr, settings_.iterations, C, converged));
-                     return map_.cost();
-                   });
+  mirror_test_.run({*view->camera, map_.spline(), loose_mm, map_.cost()}, C_, [&](Eigen::Matrix3Xd& C) {
+    bool converged = false;
+    estimate.iterations +=
+        static_cast<std::uint32_t>(map_.refine(coils, lines, nullptr, settings_.iterations, C, converged));
+    return map_.cost();
+  });
 }
 
 // chi^2 a coil that the lines cost.

@@ -24,6 +24,10 @@ class SingleFrameSolver {
   /// With fewer usable coils nobody can say that one contradicts the others.
   static constexpr int kFewestForMajority = 4;
 
+  /// Bending is measured from this hook from the next solve_em() on, which begins with its binormal; nullptr:
+  /// from a straight tube. It belongs to the caller.
+  void set_rest(RestHook* hook) { rest_ = hook; }
+
   /// Weighted MAP of Eq. (14) of the coils; a coil that contradicts the others is marked kOutlier. False with
   /// fewer than two usable coils.
   bool solve_em(CoilObservations& coils, TubeEstimate& estimate);
@@ -66,6 +70,7 @@ class SingleFrameSolver {
   Eigen::VectorXd bending_;     ///< the factors of map_
   Eigen::Matrix3Xd C_without_;  ///< scratch of the leave-one-out test
   MirrorTest mirror_test_;
+  RestHook* rest_ = nullptr;
   bool converged_ = false;
 };
 

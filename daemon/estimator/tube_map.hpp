@@ -11,6 +11,7 @@
 #include "daemon/estimator/estimator_settings.hpp"
 #include "daemon/estimator/line_kernels.hpp"
 #include "daemon/estimator/normal_equations.hpp"
+#include "daemon/estimator/rest_hook.hpp"
 #include "daemon/image/correspondence_lines.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
 #include "idl/geometry/camera.hpp"
@@ -46,7 +47,9 @@ struct GaussianPrior {
 /// - position: (zeta(s_i) - p_i) / sigma_p
 /// - tangent: (-zeta'(s_i) / |zeta'(s_i)| - t_i) / sigma_t; t_i points toward the tip, s away from it
 /// - strain: (|zeta'(s)| - 1) sqrt(ds) / sigma_strain, pointwise instead of the printed pairwise lengths L_ik
-/// - bending: zeta''(s) sqrt(ds / q), Eq. (13)
+/// - bending: zeta''(s) sqrt(ds / q), Eq. (13); of a hook (zeta'' - kappa0 b x zeta') sqrt(ds / q), with
+///   two soft rows that keep it in one plane and as open as it was made (RestHook). The binormal b is
+///   eliminated, as the error of a pose is
 /// - image: n . (pi(zeta(s)) - target) / sqrt(variance); where the pose of an image is not exact, its lines
 ///   share an error of it, six unknowns that are eliminated (SharedError)
 ///
@@ -67,6 +70,10 @@ class TubeMap {
   /// Multiplies bending_q_per_mm of the settings from here on, at each node of the integral of Eq. (13): ones
   /// until then, bending_node_count() of them, from the tip on.
   void set_bending(const Eigen::VectorXd& factors) { bending_ = factors; }
+
+  /// Bending is measured from this hook from here on, which belongs to the caller and whose binormal follows
+  /// the shape; nullptr: from a straight tube. At a beginning its binormal is where refine() starts.
+  void set_rest(RestHook* hook) { hook_ = hook; }
 
   /// Evenly spaced in the mean, two to a segment of the spline.
   [[nodiscard]] Eigen::Index bending_node_count() const { return static_cast<Eigen::Index>(nodes_.size()); }
@@ -93,7 +100,8 @@ class TubeMap {
   }
   [[nodiscard]] int first_further_column() const { return column_count() - further_columns_; }
 
-  /// Start without any guess: the linear problem (unit speed along each coil's tangent, bending, no strain).
+  /// Start without any guess: the linear problem (unit speed along each coil's tangent, bending, no strain;
+  /// of a hook the binormal stays as it is).
   /// False with fewer than two usable coils or an indefinite matrix.
   bool solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C);
 
@@ -158,8 +166,14 @@ class TubeMap {
   void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C, Sum& sum) const;
   template <typename Sum>
   void add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C, Sum& sum) const;
+  enum class Binormal { kHeld, kFree };
   template <typename Sum>
-  void add_bending(const Eigen::Matrix3Xd& C, Sum& sum) const;
+  void add_bending(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum);
+  template <typename Sum>
+  void add_hook(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum) const;
+  template <typename Sum>
+  void add_plane_of_hook(const Eigen::Matrix3Xd& C, Sum& sum) const;
+  void weigh_hook();
   template <typename Sum>
   void add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const;
   template <typename Sum>
@@ -170,7 +184,8 @@ class TubeMap {
   UniformCubicBSpline spline_;
   int coils_with_error_;
   int further_columns_;
-  std::vector<CubicBasis> nodes_;      ///< of the integrals over arc length
+  std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
+  std::vector<double> node_places_mm_;
   Eigen::VectorXd bending_;            ///< at each of them
   Eigen::VectorXd bending_by_itself_;  ///< what expect_bending() divides by: more at the ends
   std::vector<PreparedView> line_views_;
@@ -186,6 +201,8 @@ class TubeMap {
   double sigma_tangent_;
   double strain_sigma_factor_ = 1;
   double cost_ = 0;  ///< of what refine() found last
+  RestHook* hook_ = nullptr;
+  std::vector<double> hook_weights_;  ///< 1 / q times the length, of each of its nodes
 };
 
 }  // namespace tubed

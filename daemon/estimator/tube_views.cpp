@@ -13,7 +13,7 @@ namespace {
 constexpr double kShortest_px_per_mm = 0.2;  // below, the tip points at the source and has no direction
 constexpr int kFewestLines = 10;             // with fewer lines in view an image says nothing
 constexpr double kFewestAgreeing = 0.5;      // share of the lines without which a round finds nothing
-constexpr double kTip_mm = 16;               // its last piece, that may be seen or missed
+constexpr double kEndPiece_mm = 16;          // its last piece, that may be seen or missed
 constexpr int kFewestTipLines = 4;           // in view, to say which
 constexpr int kEndInside = 12;               // lines of the tip that must be in view to look for its end
 constexpr int kEndDirection = 3;             // lines over which the tip's direction is taken
@@ -112,6 +112,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
   view.inlier_ratio = 0;
   view.misses_tip.reset();
+  view.unseen_at_tip = 0;
   view.lines_asked = in_view < kFewestLines ? 0 : in_view;
   if (view.lines_asked == 0) {
     return;
@@ -119,6 +120,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
   view.misses_tip = misses_tip_here();
+  view.unseen_at_tip = unseen_here();
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
@@ -137,12 +139,29 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
 std::optional<bool> TubeViews::misses_tip_here() const {
   int asked = 0;
   int agreeing = 0;
-  for (int i = 0; i < layout_.count && layout_.s_mm(i) < kTip_mm; ++i) {
+  for (int i = 0; i < layout_.count && layout_.s_mm(i) < kEndPiece_mm; ++i) {
     const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
     asked += line.in_view ? 1 : 0;
     agreeing += line.in_view && line.agrees ? 1 : 0;
   }
   return asked < kFewestTipLines ? std::nullopt : std::optional(2 * agreeing < asked);
+}
+
+int TubeViews::unseen_here() const {
+  int unseen = 0;
+  for (int i = 0; i < layout_.count && layout_.s_mm(i) < kTip_mm; ++i) {
+    const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+    unseen += line.in_view && !line.agrees ? 1 : 0;
+  }
+  return unseen;
+}
+
+int TubeViews::unseen_at_tip(MonotonicTime instant) const {
+  int most = 0;
+  for (const View& view : views_) {
+    if (view.exposure == instant) most = std::max(most, view.unseen_at_tip);
+  }
+  return most;
 }
 
 bool TubeViews::misses_tip(MonotonicTime instant) const {

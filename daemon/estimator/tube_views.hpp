@@ -58,6 +58,11 @@ class TubeViews {
   /// its last piece disagree, in every view that has enough of them?
   [[nodiscard]] bool misses_tip(MonotonicTime instant) const;
 
+  /// How many lines of the last kTip_mm of the tube the images of that instant were asked and did not show a
+  /// tube at, in the view that showed most of them.
+  [[nodiscard]] int unseen_at_tip(MonotonicTime instant) const;
+  static constexpr double kTip_mm = 32;
+
   /// How far beyond the lines' reach an image is read around the tip.
   static constexpr double kBeyondTip_px = 22;
 
@@ -88,12 +93,14 @@ class TubeViews {
     int count = 0;
     int lines_asked = 0;               ///< of the newest image; 0: too few in view
     std::optional<bool> misses_tip{};  ///< of the newest image; nothing: too few of its lines to say
+    int unseen_at_tip = 0;             ///< of the newest image
     MonotonicTime exposure{};          ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;
   };
 
   [[nodiscard]] std::optional<bool> misses_tip_here() const;
+  [[nodiscard]] int unseen_here() const;
   int leave_out_before(double from_mm);
   void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
   int leave_out_unreadable(const ImageMeasurement& image, int reach_px);

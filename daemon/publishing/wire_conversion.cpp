@@ -34,6 +34,7 @@ static_assert(tubed_REASON_RIVAL_WRITER == static_cast<unsigned>(Reason::kRivalW
 static_assert(tubed_REASON_GEOMETRY_CHANGED == static_cast<unsigned>(Reason::kGeometryChanged));
 static_assert(tubed_REASON_REFERENCE_LOST == static_cast<unsigned>(Reason::kReferenceLost));
 static_assert(tubed_REASON_EM_IMAGE_DISAGREE == static_cast<unsigned>(Reason::kEmImageDisagree));
+static_assert(tubed_REASON_TIP_NOT_SEEN == static_cast<unsigned>(Reason::kTipNotSeen));
 
 static_assert(std::size(tubed_TubeEstimate{}.points) == kMaxCentrelinePoints);
 static_assert(std::size(tubed_TubeEstimate{}.coefficients_mm) == kMaxCoefficients);

@@ -61,12 +61,22 @@ inline BoundKeys<CoilPlacement> coil_keys() {
                         std::string("610029"))};
 }
 
+/// What a catheter's tip is like while nothing bends it.
+enum class RestShape {
+  kUnknown,   ///< nobody says: straight unless coils and images know better
+  kStraight,  ///< as far as the instrument can be bent it is straight by itself
+  kHook,      ///< its maker has bent the tip: a circle in one plane, see hook_radius_mm
+};
+
 /// One tracked catheter.
 struct InstrumentDescription {
   std::string id;  ///< the DDS key
   double diameter_mm = 2.33;
   double length_mm = 380;            ///< from the tip, the part whose shape is asked for
   std::vector<CoilPlacement> coils;  ///< tip first
+  RestShape rest_shape = RestShape::kUnknown;
+  double hook_radius_mm = 0;  ///< of a hook's circle; 0: there is none
+  double hook_length_mm = 0;  ///< from the tip, along the catheter
 };
 
 /// The keys of an [[instrument]], its mode aside.
@@ -77,7 +87,19 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
                     "\"cath-1\""),
       key::number("diameter_mm", &S::diameter_mm, "mm", {0.3, 20}, "outer diameter; 7 Fr = 2.33 mm"),
       key::number("length_mm", &S::length_mm, "mm", {10, 2000},
-                  "from the tip, the part whose shape is asked for")};
+                  "from the tip, the part whose shape is asked for"),
+      key::word(
+          "rest_shape", &S::rest_shape,
+          {{RestShape::kUnknown, "unknown"}, {RestShape::kStraight, "straight"}, {RestShape::kHook, "hook"}},
+          "the tip while nothing bends it: a hook that its maker has bent, straight, or left to coils and "
+          "images to find out"),
+      key::optional(
+          key::number("hook_radius_mm", &S::hook_radius_mm, "mm", {2, 200},
+                      "of rest_shape \"hook\": radius of its circle, along the middle of the catheter"),
+          8.0),
+      key::optional(key::number("hook_length_mm", &S::hook_length_mm, "mm", {3, 200},
+                                "of rest_shape \"hook\": how much of the catheter it is, from the tip"),
+                    14.0)};
 }
 
 /// The registration's keys in [em]; all are checked and set by whoever reads them.

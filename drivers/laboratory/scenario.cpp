@@ -213,23 +213,51 @@ Scenario bench(std::int64_t seed) {
   return scenario;
 }
 
+/// Up to the arch, turned in the hand on the way: a catheter that its maker has bent has no wire to pull.
+std::vector<CatheterCommand> preshaped_commands() {
+  constexpr CatheterCommand kInsert{1, 0, 0};
+  constexpr CatheterCommand kTurn{0, 4.5 * kDegree, 0};
+  std::vector<CatheterCommand> commands(70, kInsert);
+  commands.insert(commands.end(), 40, kTurn);
+  commands.insert(commands.end(), 50, CatheterCommand{1, 3 * kDegree, 0});
+  commands.insert(commands.end(), 20, CatheterCommand{-1, 0, 0});
+  commands.insert(commands.end(), 30, kTurn);
+  return commands;
+}
+
+/// As "field", but that the catheter's maker has bent its tip.
+Scenario preshaped(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "preshaped";
+  scenario.meaning =
+      "field, and the catheter's tip is a hook of 8 mm; it goes up to the arch and is turned in the hand";
+  scenario.commands = preshaped_commands();
+  scenario.short_of_root_mm = 228;
+  constexpr double kRadius_mm = 8;
+  return with_hook(std::move(scenario), {kRadius_mm, 0});
+}
+
 /// All presets, in the order in which they are listed: a new one is a row here and what makes it.
 struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 7> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 8> kPresets{{{"paper", paper},
                                           {"field", field},
                                           {"frozen", frozen},
                                           {"clinical", clinical},
                                           {"biplane", biplane},
                                           {"moving", moving},
-                                          {"bench", bench}}};
+                                          {"bench", bench},
+                                          {"preshaped", preshaped}}};
 
 CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   if (scenario.vessel_file.empty()) {
     // The reference of the introducer is anterior; the arch turns from there toward the right.
-    return start_for(vessel, -scenario.patient.arch_turn_from_anterior_rad, scenario.seed, scenario.commands);
+    CatheterisationStart start =
+        start_for(vessel, -scenario.patient.arch_turn_from_anterior_rad, scenario.seed, scenario.commands);
+    start.insertion_mm -= scenario.short_of_root_mm;
+    return start;
   }
   constexpr double kMinInsertion_mm = 60;
   CatheterisationStart start = start_for(vessel, 0, scenario.seed, scenario.commands);
@@ -295,19 +323,45 @@ Scenario in_vessel(Scenario scenario, const std::string& vessel_file) {
   return scenario;
 }
 
+Scenario with_hook(Scenario scenario, const HookChoice& choice) {
+  constexpr double kMinRadius_mm = 6;
+  constexpr double kMaxLength_mm = 45;
+  constexpr std::int64_t kHookStream = 7205;
+  if (choice.radius_mm == 0 && choice.length_mm == 0) {
+    return scenario;
+  }
+  Hook& hook = scenario.catheter.hook;
+  if (choice.radius_mm != 0) {
+    hook.radius_mm = choice.radius_mm;
+    hook.length_mm = std::clamp(1.75 * choice.radius_mm, 14.0, 40.0);
+  }
+  if (choice.length_mm != 0) {
+    hook.length_mm = choice.length_mm;
+  }
+  if (!(hook.radius_mm >= kMinRadius_mm && hook.length_mm <= kMaxLength_mm &&
+        hook.length_mm <= std::numbers::pi * hook.radius_mm)) {
+    throw std::invalid_argument(
+        "a hook has a radius of 6 mm or more and is half a circle long and 45 mm at most");
+  }
+  CounterRandom random(scenario.seed, kHookStream, 0);
+  hook.roll_rad = std::numbers::pi * random.signed_unit();
+  return scenario;
+}
+
 Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress) {
   const Vessel vessel =
       scenario.vessel_file.empty() ? make_aorta(scenario.patient) : read_vessel(scenario.vessel_file);
-  return catheterise(vessel, {}, start_in(vessel, scenario), scenario.commands, progress);
+  return catheterise(vessel, scenario.catheter, start_in(vessel, scenario), scenario.commands, progress);
 }
 
 std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
                                                      const std::function<void(std::size_t)>& progress) {
   static std::mutex mutex;
-  using Key = std::tuple<std::string, std::int64_t, std::string>;
+  using Key = std::tuple<std::string, std::int64_t, std::string, double, double>;
   static std::map<Key, std::weak_ptr<const Catheterisation>> runs;
   const std::lock_guard lock(mutex);
-  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file}];
+  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file, scenario.catheter.hook.radius_mm,
+                      scenario.catheter.hook.length_mm}];
   std::shared_ptr<const Catheterisation> run = known.lock();
   if (run == nullptr) {
     run = std::make_shared<const Catheterisation>(run_scenario(scenario, progress));

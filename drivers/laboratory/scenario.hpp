@@ -36,11 +36,13 @@ struct Scenario {
   std::string meaning;  ///< one line for a person
   std::int64_t seed = 0;
   AortaDimensions patient;
+  CatheterProperties catheter;
   std::string vessel_file;  ///< of the user's own, instead of the patient's aorta; empty: none
   std::vector<CatheterCommand> commands;
-  double steps_per_s = 7.5;    ///< commands a second
-  double frame_rate_hz = 7.5;  ///< exposures of the first view
-  int second_view_every = 1;   ///< of the first view's exposures has one of the second view with it
+  double short_of_root_mm = 0;  ///< the commands end so much before the aorta's root
+  double steps_per_s = 7.5;     ///< commands a second
+  double frame_rate_hz = 7.5;   ///< exposures of the first view
+  int second_view_every = 1;    ///< of the first view's exposures has one of the second view with it
   double em_rate_hz = 40;
   double em_phase_s = 0;             ///< of the first measurement after the first exposure
   double em_clock_error_s = 0;       ///< the tracker's time stamps are so much late
@@ -76,6 +78,17 @@ Scenario make_scenario(std::string_view preset, std::int64_t seed);
 /// The scenario in a vessel of the user's own (see read_vessel, whose errors it throws): the views are turned
 /// to the middle of its route, and commands that would go beyond its end are left out.
 Scenario in_vessel(Scenario scenario, const std::string& vessel_file);
+
+/// What a person says of a hook.
+struct HookChoice {
+  double radius_mm = 0;  ///< 0: as the preset has it
+  double length_mm = 0;  ///< 0: 1.75 times the radius, 14 mm at least and 40 mm at most
+};
+
+/// The scenario with a catheter whose tip is such a hook; the roll of its plane is drawn from the seed.
+/// Throws std::invalid_argument for a hook that cannot be: tighter than 6 mm (its nodes are 3 mm apart),
+/// longer than 45 mm (the bendable tip is 50 mm long), more than half a circle, or a length without a radius.
+Scenario with_hook(Scenario scenario, const HookChoice& choice);
 
 /// Runs the scenario's mechanics: its vessel, then all commands; two to four
 /// seconds.

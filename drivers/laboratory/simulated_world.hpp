@@ -42,8 +42,8 @@ class SimulatedWorld {
  public:
   /// `described`: the room as the configuration has it; with mistakes in the settings the room is another.
   /// `settings`: the described keys of the simulation driver; `epoch_ns`, `speed_mm_s`, `preset`, `seed`,
-  /// `mistakes` and those of the moving view are used here. Throws std::invalid_argument for a mistake that
-  /// there is not.
+  /// `mistakes`, those of the hook and those of the moving view are used here. Throws std::invalid_argument
+  /// for a mistake that there is not and for a hook that cannot be.
   SimulatedWorld(RoomDescription described, const DriverSettings& settings);
 
   /// Seconds since the epoch of the simulation.

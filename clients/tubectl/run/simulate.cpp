@@ -116,6 +116,18 @@ std::string mistake_meanings() {
   return words;
 }
 
+void add_tip_options(CommandLine& verb, SimulatedRun& run) {
+  verb.add_option("--hook-radius", run.hook_radius_mm,
+                  "Let the catheter's tip be a hook of so many mm radius (default: as the preset has it)")
+      .in_range(6.0, 100.0);
+  verb.add_option("--hook-length", run.hook_length_mm,
+                  "Length of the hook along the catheter, mm (default: 1.75 times its radius, 14 to 40)")
+      .in_range(1.0, 45.0);
+  verb.add_option("--tip-coil", run.tip_coil_mm,
+                  "The first coil lies so many mm behind the tip (default: as the preset has it, 10)")
+      .in_range(0.5, 60.0);
+}
+
 void add_reference_options(CommandLine& verb, SimulatedReference& reference) {
   verb.add_option(
           "--reference", reference.kind,
@@ -182,6 +194,7 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
                   "When --pan, --turn and --zoom begin, s (default: half way through)")
       .in_range(0.0, 1e6);
   verb.add_option("--mistake", options->run.mistakes, mistake_meanings());
+  add_tip_options(verb, options->run);
   add_reference_options(verb, options->run.reference);
   verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
   verb.callback([options, &exit_code] {

@@ -68,6 +68,9 @@ Catheter::Catheter(const CatheterProperties& properties, const Introducer& intro
   if (!(insertion_mm > properties.bendable_tip_mm)) {
     throw std::invalid_argument("the catheter has to be inserted by more than its bendable tip");
   }
+  if (properties.hook.length_mm > properties.bendable_tip_mm - spacing_mm_) {
+    throw std::invalid_argument("a hook has to be shorter than the bendable tip");
+  }
   const auto way = route.size() < 2 ? straight_route(introducer, insertion_mm) : route;
   place_held_nodes();
   for (Eigen::Index node = 0; node < free_nodes_; ++node) {
@@ -143,7 +146,20 @@ StepReport Catheter::apply(const CatheterCommand& command) {
   return report;
 }
 
-CatheterShape Catheter::shape() const { return {nodes_, spacing_mm_}; }
+CatheterShape Catheter::shape() const {
+  if (!properties_.hook.is_there()) {
+    return {nodes_, spacing_mm_};
+  }
+  carry_frames(nodes_);
+  Eigen::Matrix3Xd toward = u_;
+  const double roll_rad = tip_roll_rad_ + properties_.hook.roll_rad;
+  for (Eigen::Index edge = 0; edge < toward.cols(); ++edge) {
+    const Eigen::Vector3d u = u_.col(edge);
+    const Eigen::Vector3d t = (nodes_.col(edge) - nodes_.col(edge + 1)).normalized();
+    toward.col(edge) = std::cos(roll_rad) * u + std::sin(roll_rad) * t.cross(u);
+  }
+  return {with_hook(nodes_, spacing_mm_, properties_.hook, toward), spacing_mm_};
+}
 
 bool Catheter::minimise(StepReport& report) {
   bool converged = settle(report);

@@ -7,6 +7,7 @@
 
 #include "drivers/laboratory/instrument/banded_cholesky.hpp"
 #include "drivers/laboratory/instrument/catheter_shape.hpp"
+#include "drivers/laboratory/instrument/hook.hpp"
 #include "drivers/laboratory/vessel/vessel.hpp"
 
 namespace tubed {
@@ -21,6 +22,7 @@ struct CatheterProperties {
   double torsional_stiffness_N_mm2 = 70;  ///< G J
   double wall_stiffness_N_mm2 = 0.2;      ///< force a mm of penetration, of each mm of catheter
   int segments_in_tip = 16;               ///< the catheter's nodes are bendable_tip_mm / segments apart
+  Hook hook{};  ///< that shape() has beside what the mechanics make of a straight tip
 };
 
 /// One positioning command, Sec. 3.1: insertion (negative: retraction), rotation about the own axis at the
@@ -55,8 +57,8 @@ class Catheter {
   static constexpr double kSnap_mm = 3;
 
   /// Lies along the vessel's route, `insertion_mm` from introducer to tip, and is let go. Throws
-  /// std::invalid_argument for an insertion shorter than the bendable tip. `wall` may be nullptr (nothing to
-  /// touch: the rod starts straight) and has to outlive the catheter.
+  /// std::invalid_argument for an insertion shorter than the bendable tip and for a hook longer than it.
+  /// `wall` may be nullptr (nothing to touch: the rod starts straight) and has to outlive the catheter.
   Catheter(const CatheterProperties& properties, const Introducer& introducer, const WallField* wall,
            const std::vector<VesselStation>& route, double insertion_mm, double roll_rad = 0);
 

@@ -54,6 +54,21 @@ TEST(LoadConfiguration, AnInstrumentsOwnModeGoesBeforeTheCommonOne) {
   EXPECT_EQ(parse_configuration(text, "base.toml").estimators[0].mode, EstimatorMode::kEm);
 }
 
+TEST(LoadConfiguration, ATipIsUnknownUnlessItIsSaidWhatItIsLike) {
+  const auto instrument = [](const std::string& keys) {
+    std::string text = base();
+    text.replace(text.find("diameter_mm"), 0, keys);
+    return parse_configuration(text, "base.toml").room.instruments[0];
+  };
+  EXPECT_EQ(instrument("").rest_shape, RestShape::kUnknown);
+  EXPECT_EQ(instrument("rest_shape = \"straight\"\n").rest_shape, RestShape::kStraight);
+  const InstrumentDescription hook =
+      instrument("rest_shape = \"hook\"\nhook_radius_mm = 12\nhook_length_mm = 25.5\n");
+  EXPECT_EQ(hook.rest_shape, RestShape::kHook);
+  EXPECT_EQ(hook.hook_radius_mm, 12);
+  EXPECT_EQ(hook.hook_length_mm, 25.5);
+}
+
 TEST(LoadConfiguration, TheDigestIsTheSha256OfTheFile) {
   const fs::path file = fs::temp_directory_path() / "tubed-digest-test.toml";
   std::ofstream(file) << base();

@@ -162,5 +162,56 @@ TEST(NormalEquations, ACoefficientThatNoResidualHoldsIsRefused) {
   EXPECT_FALSE(equations.invert());
 }
 
+// The same, of blocks, with the bilinear residuals of a hook's plane in mind: the unknown u is written out as
+// further columns with its prior.
+TEST(NormalEquations, BlocksThatShareAnErrorAreThoseOfTheJacobianWithItWrittenOut) {
+  std::srand(6);
+  constexpr int kPieces = kCoefficients - 3;
+  constexpr int kColumns = 3 * kCoefficients;
+  NormalEquations equations(kCoefficients, 0);
+  const Eigen::Index rows = 3 * 2 * kPieces + 1 + SharedError::kParts;
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, kColumns + SharedError::kParts);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(rows);
+  Eigen::Index row = 0;
+  for (const bool is_shared : {false, true}) {
+    if (is_shared) equations.begin_shared();
+    for (int first = 0; first < kPieces; ++first, row += 3) {
+      const NormalEquations::FourColumns block = NormalEquations::FourColumns::Random();
+      const Eigen::Matrix<double, 3, SharedError::kParts> H =
+          Eigen::Matrix<double, 3, SharedError::kParts>::Random();
+      const Eigen::Vector3d residual = Eigen::Vector3d::Random();
+      J.block<3, 12>(row, 3 * first) = block;
+      r.segment<3>(row) = residual;
+      if (is_shared) {
+        J.block<3, SharedError::kParts>(row, kColumns) = H;
+        equations.add_shared_block(first, block, residual, H);
+      } else {
+        equations.add_block(first, block, residual);
+      }
+    }
+  }
+  const SharedError::Parts alone = SharedError::Parts::Random();
+  J.block<1, SharedError::kParts>(row, kColumns) = alone.transpose();
+  r[row] = 0.7;
+  equations.add_to_shared(0.7, alone);
+  equations.end_shared();
+  J.bottomRightCorner<SharedError::kParts, SharedError::kParts>().setIdentity();  // u ~ N(0, I)
+
+  const Eigen::VectorXd expected = (J.transpose() * J).ldlt().solve(-J.transpose() * r);
+  Eigen::Matrix3Xd step;
+  ASSERT_TRUE(equations.solve(0, step));
+  EXPECT_LT((step.reshaped() - expected.head(kColumns)).cwiseAbs().maxCoeff(), 1e-8);
+  const Eigen::MatrixXd inverse =
+      (J.transpose() * J)
+          .ldlt()
+          .solve(Eigen::MatrixXd::Identity(kColumns + SharedError::kParts, kColumns + SharedError::kParts));
+  ASSERT_TRUE(equations.invert());
+  EXPECT_LT((equations.inverse() - inverse.topLeftCorner(kColumns, kColumns)).cwiseAbs().maxCoeff(), 1e-8);
+  // With C at zero step and u at its best: what is left of the squares.
+  const Eigen::MatrixXd H = J.rightCols(SharedError::kParts);
+  const Eigen::VectorXd u = (H.transpose() * H).ldlt().solve(-H.transpose() * r);
+  EXPECT_NEAR(equations.cost(), (r + H * u).squaredNorm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace tubed

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -45,6 +46,42 @@ TEST(Scenario, TheClinicalRegistrationIsOffByAMillimetreAndATrackerHasAFrameOfIt
   EXPECT_TRUE(clinical.fluoroscopy_on(off.from_s - 0.01));
   EXPECT_FALSE(clinical.fluoroscopy_on(off.from_s));
   EXPECT_TRUE(clinical.fluoroscopy_on(off.until_s));
+}
+
+TEST(Scenario, AHookIsAsAskedForAndItsRollIsTheSeeds) {
+  const Hook usual = make_scenario("preshaped", 3).catheter.hook;
+  EXPECT_EQ(usual.radius_mm, 8);
+  EXPECT_EQ(usual.length_mm, 14);
+  EXPECT_NE(usual.roll_rad, make_scenario("preshaped", 4).catheter.hook.roll_rad);
+  const Hook wider = with_hook(make_scenario("paper", 3), {16, 0}).catheter.hook;
+  EXPECT_EQ(wider.radius_mm, 16);
+  EXPECT_EQ(wider.length_mm, 28);
+  EXPECT_EQ(wider.roll_rad, usual.roll_rad);
+  EXPECT_FALSE(with_hook(make_scenario("paper", 3), {}).catheter.hook.is_there());
+}
+
+TEST(Scenario, AHookThatCannotBeIsRefused) {
+  const Scenario paper = make_scenario("paper", 3);
+  for (const HookChoice& hook :
+       {HookChoice{5, 0}, HookChoice{30, 46}, HookChoice{6, 20}, HookChoice{0, 14}}) {
+    EXPECT_THROW(with_hook(paper, hook), std::invalid_argument) << hook.radius_mm << ' ' << hook.length_mm;
+  }
+}
+
+TEST(Scenario, InTheVesselAHookIsNearlyAsItsMakerBentIt) {
+  Scenario scenario = make_scenario("preshaped", 5);
+  scenario.commands.resize(150);
+  const Catheterisation run = run_scenario(scenario);
+  EXPECT_EQ(run.report().unfinished, 0);
+  std::vector<double> turns_rad;
+  for (const CatheterShape& shape : run.shapes) {
+    turns_rad.push_back(std::acos(shape.at(0).tangent_world.dot(shape.at(14).tangent_world)));
+  }
+  std::sort(turns_rad.begin(), turns_rad.end());
+  const double rest_rad = (14 - 1.5625) / 8;
+  EXPECT_NEAR(turns_rad[turns_rad.size() / 2], rest_rad, 0.2 * rest_rad);
+  EXPECT_GT(turns_rad.front(), 0.5 * rest_rad);
+  EXPECT_LT(turns_rad.back(), 1.5 * rest_rad);
 }
 
 /// One run of the mechanics for all tests below: its truth and its tracker are played live.

@@ -1,0 +1,89 @@
+#include "daemon/estimator/preshaped_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tubed {
+
+EstimatorSettings PreshapedEstimator::settings_for_hooks(const EstimatorSettings& settings,
+                                                         double length_mm) {
+  EstimatorSettings denser = settings;
+  const int wanted = static_cast<int>(std::ceil(length_mm / kHookSpacing_mm)) + 3;
+  denser.coefficient_count = std::clamp(wanted, settings.coefficient_count, kMaxCoefficients);
+  return denser;
+}
+
+PreshapedEstimator::PreshapedEstimator(const EstimatorSettings& settings,
+                                       const InstrumentDescription& instrument, const RoomDescription& room)
+    : settings_(settings),
+      instrument_(instrument),
+      T_world_em_(room.T_world_em),
+      registered_(room.registered),
+      tip_shape_(settings_for_hooks(settings, instrument.length_mm), instrument, room) {
+  for (const CameraCalibration& camera : room.cameras) {
+    cameras_.emplace_back(camera);
+  }
+}
+
+void PreshapedEstimator::reset() noexcept {
+  tip_shape_.reset();
+  hooked_->set_rest(tip_shape_.rest());
+  straight_->reset();
+  hooked_->reset();
+  doubt_ = TipDoubt::kNone;
+}
+
+CoilObservations PreshapedEstimator::observe(const Observation& observation) const {
+  return observe_coils(observation.em->newest_until(observation.instant), *observation.em, instrument_,
+                       T_world_em_, static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
+}
+
+void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+  const CoilObservations coils = observe(observation);
+  if (registered_ && observation.is_image_instant && tip_shape_.ask(observation, coils)) {
+    // What was bent by another rest shape than it has predicts nothing.
+    hooked_->set_rest(tip_shape_.rest());
+    active().reset();
+  }
+  active().estimate(observation, estimate);
+  if (estimate.is_image_instant && estimate.has_image) {
+    note_views(observation, estimate);
+  }
+  doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
+  if (doubt_ != TipDoubt::kNone) {
+    estimate.reasons.add(Reason::kTipNotSeen);
+    if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
+  }
+}
+
+// Which cameras look at the tip.
+void PreshapedEstimator::note_views(const Observation& observation, const TubeEstimate& estimate) {
+  const Eigen::Vector3d tip_world_mm =
+      Eigen::Map<const Eigen::Vector3d>(estimate.points[0].p_world_mm.data());
+  for (std::size_t view = 0; view < cameras_.size(); ++view) {
+    const ImageMeasurement* const image = observation.images[view];
+    if (image == nullptr || image->state != ImageState::kMeasured) {
+      continue;
+    }
+    Camera& camera = cameras_[view];
+    camera.look_from(image->geometry);
+    const auto at = camera.project(tip_world_mm);
+    if (at && camera.contains(at->p_image_px)) {
+      tip_shape_.note_view(view, observation.instant,
+                           camera.calibration().T_camera_world.linear().row(2).transpose());
+    }
+  }
+}
+
+bool PreshapedEstimator::describe_disagreement(std::span<char> words) const noexcept {
+  if (active().describe_disagreement(words)) {
+    return true;
+  }
+  if (doubt_ == TipDoubt::kNone) {
+    return false;
+  }
+  write_tip_doubt(doubt_, instrument_, words);
+  return true;
+}
+
+}  // namespace tubed

@@ -1,0 +1,72 @@
+#include "daemon/estimator/rest_hook.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kEdge_mm = 1.5;  // over which curvature begins: nothing is bent from one point to the next
+constexpr int kRounds = 4;
+constexpr double kMinOpening = 0.05;  // a hook that is straight has no plane
+
+// Gauss-Legendre's nodes and weights on [0, 1], six points: the hook's curvature begins within a segment.
+constexpr std::array<double, 6> kNodes{0.033765242898424, 0.169395306766868, 0.380690406958402,
+                                       0.619309593041598, 0.830604693233132, 0.966234757101576};
+constexpr std::array<double, 6> kWeights{0.085662246189585, 0.180380786524069, 0.233956967286346,
+                                         0.233956967286346, 0.180380786524069, 0.085662246189585};
+
+}  // namespace
+
+RestHook::RestHook(const UniformCubicBSpline& spline, const HookShape& shape)
+    : shape_(shape),
+      segment_count_(
+          std::min(spline.coefficient_count() - 3,
+                   static_cast<int>(std::ceil((shape.length_mm + kEdge_mm) / spline.spacing_mm())))),
+      beginning_(spline.basis(shape.length_mm)) {
+  const double spacing_mm = spline.spacing_mm();
+  for (int segment = 0; segment < segment_count_; ++segment) {
+    for (std::size_t k = 0; k < kNodes.size(); ++k) {
+      const double s_mm = (segment + kNodes[k]) * spacing_mm;
+      nodes_.push_back({spline.basis(s_mm), s_mm, kWeights[k] * spacing_mm, curvature_per_mm(s_mm),
+                        2 * segment + (kNodes[k] > 0.5 ? 1 : 0)});
+    }
+  }
+}
+
+double RestHook::curvature_per_mm(double s_mm) const {
+  return std::clamp((shape_.length_mm - s_mm) / kEdge_mm + 0.5, 0.0, 1.0) / shape_.radius_mm;
+}
+
+void RestHook::fit_binormal(const Eigen::Matrix3Xd& C, std::span<const double> weights) {
+  // r = sqrt(w) (zeta'' - kappa0 b x zeta') = sqrt(w) (zeta'' + kappa0 [zeta']x b) is linear in b.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const Node& node = nodes_[i];
+    const Eigen::Matrix3d by_b =
+        node.curvature_per_mm * cross_with(combine(C, node.basis.first, node.basis.first_derivative));
+    information.noalias() += weights[i] * by_b.transpose() * by_b;
+    pull.noalias() -=
+        weights[i] * by_b.transpose() * combine(C, node.basis.first, node.basis.second_derivative);
+  }
+  const Eigen::Vector3d tangent = combine(C, beginning_.first, beginning_.first_derivative);
+  information.noalias() += tangent * tangent.transpose() / (kSigmaOfPlane * kSigmaOfPlane);
+  for (int round = 0; round < kRounds; ++round) {
+    // (|b| - 1) / sigma, linearised at b: its gradient is b / |b|.
+    const double opening = std::max(binormal_.norm(), kMinOpening);
+    const Eigen::Vector3d outward = binormal_ / opening;
+    constexpr double kWeight = 1 / (kSigmaOfOpening * kSigmaOfOpening);
+    const Eigen::Matrix3d all = information + kWeight * outward * outward.transpose();
+    const Eigen::LLT<Eigen::Matrix3d> factored(all);
+    if (factored.info() != Eigen::Success) {
+      return;
+    }
+    binormal_ = factored.solve(pull + kWeight * outward);
+  }
+}
+
+}  // namespace tubed

@@ -1,0 +1,173 @@
+#include "daemon/estimator/tip_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace tubed {
+
+namespace {
+
+// Whoever does not know what was bent how gets these: with an opening that may be a quarter off, between
+// them lie the hooks of 6 to 40 mm.
+constexpr std::array<HookShape, 2> kGenericHooks{{{8, 14}, {16, 30}}};
+constexpr double kAskEvery_s = 0.5;
+constexpr double kAskWhenKnown_s = 2;
+constexpr int kFewestAsked = 3;
+constexpr double kMemory = 0.25;       // share of the newest answer
+constexpr double kAdopted = 8;         // mean gain (chi^2) of a hook that is there
+constexpr double kAdoptedAtOnce = 15;  // by one answer
+constexpr double kDropped = 0;
+constexpr double kUndecided = 5;
+constexpr double kUndecidedFarCoil = 0;  // where the first coil would not lie in the smallest hook
+constexpr double kNoSuchHook = -5;
+constexpr double kTwoSides_rad = 10 * M_PI / 180;
+constexpr double kSideKnownFor_s = 1.5;
+
+std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
+  std::vector<RestHook> hooks;
+  if (instrument.rest_shape == RestShape::kHook) {
+    hooks.emplace_back(spline, HookShape{instrument.hook_radius_mm, instrument.hook_length_mm});
+    return hooks;
+  }
+  for (const HookShape& shape : kGenericHooks) {
+    if (shape.length_mm < instrument.length_mm / 2) hooks.emplace_back(spline, shape);
+  }
+  return hooks;
+}
+
+}  // namespace
+
+TipShape::TipShape(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                   const RoomDescription& room)
+    : configured_(instrument.rest_shape),
+      search_(settings, instrument, room),
+      hooks_(hooks_of(UniformCubicBSpline(settings.coefficient_count, instrument.length_mm), instrument)),
+      records_(hooks_.size()) {
+  sight_world_.fill(Eigen::Vector3d::Zero());
+  reset();
+}
+
+void TipShape::reset() {
+  std::fill(records_.begin(), records_.end(), Record{});
+  active_.reset();
+  if (configured_ == RestShape::kHook) active_ = 0;
+  asked_ = newest_ = MonotonicTime{};
+  tip_seen_.fill(MonotonicTime{});
+}
+
+bool TipShape::is_due(MonotonicTime instant) const {
+  const bool is_known = std::all_of(records_.begin(), records_.end(),
+                                    [](const Record& record) { return record.asked >= kFewestAsked; }) &&
+                        (active_ || gain() < kDropped);
+  return to_ns(asked_) == 0 || instant < asked_ ||
+         seconds_between(asked_, instant) >= (is_known ? kAskWhenKnown_s : kAskEvery_s);
+}
+
+void TipShape::take_gain(Record& record, double gain) const {
+  ++record.asked;
+  record.mean_gain += (gain - record.mean_gain) * std::max(kMemory, 1.0 / record.asked);
+}
+
+std::optional<std::size_t> TipShape::likeliest() const {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    if (records_[i].asked > 0 && (!best || records_[i].mean_gain > records_[*best].mean_gain)) best = i;
+  }
+  return best;
+}
+
+double TipShape::gain() const {
+  const auto best = likeliest();
+  return best ? records_[*best].mean_gain : 0;
+}
+
+bool TipShape::ask(const Observation& observation, const CoilObservations& coils) {
+  newest_ = std::max(newest_, observation.instant);
+  // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
+  if (hooks_.empty() || !coils.hold_tip() || !is_due(observation.instant)) {
+    return false;
+  }
+  if (!search_.solve_straight(observation, coils)) {
+    return false;
+  }
+  asked_ = observation.instant;
+  double newest_gain = 0;
+  for (std::size_t i = 0; i < hooks_.size(); ++i) {
+    const Eigen::Vector3d plane = hooks_[i].binormal();
+    const double gain = search_.straight_cost() - search_.solve_with(hooks_[i], observation, coils);
+    take_gain(records_[i], gain);
+    if (i == active_) hooks_[i].set_binormal(plane);  // that of the shape, which knows what was before
+    newest_gain = i == likeliest() ? gain : newest_gain;
+  }
+  const std::optional<std::size_t> best = likeliest();
+  const Record& record = records_[*best];
+  const std::optional<std::size_t> before = active_;
+  const bool is_sure = record.asked >= kFewestAsked;
+  if (configured_ == RestShape::kUnknown) {
+    if (active_ && is_sure && record.mean_gain < kDropped) {
+      active_.reset();
+    } else if (newest_gain > kAdoptedAtOnce || (is_sure && record.mean_gain > kAdopted)) {
+      active_ = best;
+    }
+  } else if (configured_ == RestShape::kHook && is_sure) {
+    if (record.mean_gain < kNoSuchHook) active_.reset();
+    if (record.mean_gain > kUndecided) active_ = 0;
+  }
+  return active_ != before;
+}
+
+bool TipShape::is_held(const CoilObservations& coils) const {
+  return !active_ || hooks_[*active_].is_held_by(coils.first_used_mm());
+}
+
+void TipShape::note_view(std::size_t view, MonotonicTime instant, const Eigen::Vector3d& sight_world) {
+  newest_ = std::max(newest_, instant);
+  tip_seen_[view] = instant;
+  sight_world_[view] = sight_world;
+}
+
+bool TipShape::is_seen_from_two_sides() const {
+  for (std::size_t a = 0; a < tip_seen_.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const bool are_new = to_ns(tip_seen_[a]) != 0 && to_ns(tip_seen_[b]) != 0 &&
+                           seconds_between(std::min(tip_seen_[a], tip_seen_[b]), newest_) < kSideKnownFor_s;
+      if (are_new && sight_world_[a].cross(sight_world_[b]).norm() > std::sin(kTwoSides_rad)) return true;
+    }
+  }
+  return false;
+}
+
+TipDoubt TipShape::doubt(const CoilObservations& coils) const {
+  if (!active_) {
+    if (configured_ == RestShape::kHook) return TipDoubt::kNoSuchHook;
+    const bool is_far = !hooks_.empty() && !hooks_.front().is_held_by(coils.first_used_mm());
+    const bool is_undecided = gain() > (is_far && !is_seen_from_two_sides() ? kUndecidedFarCoil : kUndecided);
+    return is_undecided ? TipDoubt::kUndecided : TipDoubt::kNone;
+  }
+  return is_held(coils) || is_seen_from_two_sides() ? TipDoubt::kNone : TipDoubt::kOneView;
+}
+
+void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, std::span<char> words) {
+  const char* text = "";
+  switch (doubt) {
+    case TipDoubt::kNone:
+      break;
+    case TipDoubt::kOneView:
+      text =
+          "the tip is a hook that no coil lies in: one view cannot tell to which side it turns; give a "
+          "second view or mount a coil inside the hook";
+      break;
+    case TipDoubt::kUndecided:
+      text = "the tip may be pre-shaped: say rest_shape in the configuration";
+      break;
+    case TipDoubt::kNoSuchHook:
+      text =
+          "coils and images show a straight tip, and a hook is configured: check rest_shape and which "
+          "catheter is in use";
+      break;
+  }
+  std::snprintf(words.data(), words.size(), "%s: %s", instrument.id.c_str(), text);
+}
+
+}  // namespace tubed

@@ -1,0 +1,81 @@
+// What an instrument's tip is like while nothing bends it: as configured, or as coils and images have it.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/hook_search.hpp"
+#include "daemon/estimator/rest_hook.hpp"
+
+namespace tubed {
+
+/// What speaks against the tip of a shape.
+enum class TipDoubt {
+  kNone,
+  kOneView,    ///< a hook that no coil lies in, seen from one side: its mirror image is as likely
+  kUndecided,  ///< straight or a hook, neither is clearly the likelier
+  kNoSuchHook  ///< a hook is configured, and a straight tip explains coils and images better
+};
+
+/// Asks HookSearch now and then, remembers by how much a hook was the better explanation, and says which rest
+/// shape the shapes of this instrument are solved with. Evidence of one image repeats in the next one: gains
+/// are averaged, never added up. Called by the optimizer thread; memory is taken in the constructor.
+class TipShape {
+ public:
+  TipShape(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+           const RoomDescription& room);
+  TipShape(const TipShape&) = delete;
+  TipShape& operator=(const TipShape&) = delete;
+
+  void reset();
+
+  /// At an image's instant: asks if it is time to. True when rest() has become another one: what a shape was
+  /// led to before was wrong.
+  bool ask(const Observation& observation, const CoilObservations& coils);
+
+  /// The hook that bending is measured from, with the plane it was last found in; nullptr: a straight tip.
+  [[nodiscard]] RestHook* rest() { return active_ ? &hooks_[*active_] : nullptr; }
+  [[nodiscard]] const RestHook* rest() const { return active_ ? &hooks_[*active_] : nullptr; }
+
+  /// Does a coil that takes part lie in the hook, so that its side is known?
+  [[nodiscard]] bool is_held(const CoilObservations& coils) const;
+
+  [[nodiscard]] TipDoubt doubt(const CoilObservations& coils) const;
+
+  /// The view with this index showed the tip at that instant, looking along `sight_world` (unit).
+  void note_view(std::size_t view, MonotonicTime instant, const Eigen::Vector3d& sight_world);
+
+  /// Mean gain (chi^2) of the likeliest hook over a straight tip.
+  [[nodiscard]] double gain() const;
+
+ private:
+  /// What asking has brought for one hook.
+  struct Record {
+    double mean_gain = 0;
+    int asked = 0;
+  };
+
+  [[nodiscard]] bool is_due(MonotonicTime instant) const;
+  void take_gain(Record& record, double gain) const;
+  [[nodiscard]] std::optional<std::size_t> likeliest() const;
+  [[nodiscard]] bool is_seen_from_two_sides() const;
+
+  RestShape configured_;
+  HookSearch search_;
+  std::vector<RestHook> hooks_;  ///< those that are tried; of a configured one that alone
+  std::vector<Record> records_;
+  std::optional<std::size_t> active_;
+  MonotonicTime asked_{};
+  MonotonicTime newest_{};
+  std::array<MonotonicTime, kMaxCameras> tip_seen_{};
+  std::array<Eigen::Vector3d, kMaxCameras> sight_world_{};  ///< the view's axis
+};
+
+/// What to do about it, into `words`, zero-terminated and cut to their size.
+void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, std::span<char> words);
+
+}  // namespace tubed

@@ -1,0 +1,152 @@
+#include "daemon/estimator/preshaped_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "tests/daemon/estimator/hooked_tube.hpp"
+
+namespace tubed {
+namespace {
+
+/// An estimator that is fed from a still tube: a measurement every 25 ms, an image with every fourth.
+struct PreshapedBench {
+  PreshapedBench(HookedTube tube_, double first_coil_mm, RestShape told,
+                 EstimatorMode mode = EstimatorMode::kFilter, bool two_views = false)
+      : tube(tube_), room(room_with_first_coil(first_coil_mm)) {
+    InstrumentDescription& instrument = room.instruments.front();
+    instrument.rest_shape = told;
+    instrument.hook_radius_mm = told == RestShape::kHook ? 8 : 0;
+    instrument.hook_length_mm = told == RestShape::kHook ? 14 : 0;
+    if (two_views) {
+      CameraCalibration second = room.cameras.front();
+      second.name = "B";
+      const Eigen::AngleAxisd turn(std::numbers::pi / 3, Eigen::Vector3d::UnitY());
+      second.T_camera_world = room.cameras.front().T_camera_world * turn;
+      room.cameras.push_back(second);
+    }
+    settings.mode = mode;
+    estimator = make_estimator(settings, instrument, room);
+  }
+
+  void measure_times(int count) {
+    for (int i = 0; i < count; ++i) {
+      now += std::chrono::milliseconds(25);
+      history->add(measure_hooked(tube, room, now, 0.5, 0.005, ++seed));
+      Observation observation;
+      observation.instant = observation.now = now;
+      observation.em = history.get();
+      observation.is_image_instant = seed % 4 == 0;
+      if (observation.is_image_instant) {
+        newest_image = now;
+        for (std::size_t view = 0; view < room.cameras.size(); ++view) {
+          images[view] = image_of_hooked(tube, room, now, view);
+          observation.images[view] = &images[view];
+        }
+      }
+      observation.newest_image = newest_image;
+      observation.image_timeout = std::chrono::milliseconds(250);
+      estimator->estimate(observation, *estimate);
+    }
+  }
+
+  [[nodiscard]] double tip_error_mm() const {
+    return (Eigen::Map<const Eigen::Vector3d>(estimate->points[0].p_world_mm.data()) - tube.point(0)).norm();
+  }
+  [[nodiscard]] std::string words() const {
+    std::array<char, 256> text{};
+    return estimator->describe_disagreement(text) ? text.data() : "";
+  }
+
+  HookedTube tube;
+  RoomDescription room;
+  EstimatorSettings settings;
+  std::unique_ptr<Estimator> estimator;
+  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
+  std::unique_ptr<TubeEstimate> estimate = std::make_unique<TubeEstimate>();
+  std::array<ImageMeasurement, 2> images;
+  MonotonicTime newest_image{};
+  MonotonicTime now = from_ns(10'000'000'000);
+  unsigned seed = 0;
+};
+
+TEST(PreshapedEstimator, WithTheModelAndACoilInTheHookTheTipIsFound) {
+  for (const EstimatorMode mode : {EstimatorMode::kFilter, EstimatorMode::kJoint}) {
+    for (const double roll_rad : {0.3, 2.0, 4.0}) {
+      PreshapedBench bench({8, 14, roll_rad}, 6, RestShape::kHook, mode);
+      bench.measure_times(120);
+      EXPECT_EQ(bench.estimate->validity, Validity::kValid) << roll_rad << ' ' << bench.words();
+      EXPECT_LT(bench.tip_error_mm(), 1.5) << roll_rad << " mode " << name_of(mode);
+      EXPECT_GT(bench.estimate->coefficient_count, 40U);
+    }
+  }
+}
+
+TEST(PreshapedEstimator, AHookThatNobodyToldOfIsFound) {
+  PreshapedBench straight({8, 14, 1}, 6, RestShape::kStraight);
+  PreshapedBench unknown({8, 14, 1}, 6, RestShape::kUnknown);
+  straight.measure_times(160);
+  unknown.measure_times(160);
+  EXPECT_LT(unknown.tip_error_mm(), 1.5);
+  EXPECT_GT(straight.tip_error_mm(), 2 * unknown.tip_error_mm());
+}
+
+TEST(PreshapedEstimator, OfAStraightTipNothingChanges) {
+  PreshapedBench straight({8, 0, 0}, 10, RestShape::kStraight);
+  PreshapedBench unknown({8, 0, 0}, 10, RestShape::kUnknown);
+  straight.measure_times(160);
+  unknown.measure_times(160);
+  for (std::size_t i = 0; i < straight.estimate->point_count; ++i) {
+    ASSERT_EQ(straight.estimate->points[i].p_world_mm, unknown.estimate->points[i].p_world_mm);
+    ASSERT_EQ(straight.estimate->points[i].covariance_mm2, unknown.estimate->points[i].covariance_mm2);
+  }
+  EXPECT_EQ(unknown.estimate->validity, Validity::kValid);
+}
+
+TEST(PreshapedEstimator, WithoutACoilInTheHookOneViewIsDoubtedAndTwoAreNot) {
+  PreshapedBench one({8, 14, 1}, 15, RestShape::kHook);
+  one.measure_times(120);
+  EXPECT_EQ(one.estimate->validity, Validity::kQuestionable);
+  EXPECT_TRUE(one.estimate->reasons.has(Reason::kTipNotSeen));
+  EXPECT_NE(one.words().find("mount a coil inside the hook"), std::string::npos) << one.words();
+
+  PreshapedBench two({8, 14, 1}, 15, RestShape::kHook, EstimatorMode::kFilter, true);
+  two.measure_times(120);
+  EXPECT_EQ(two.estimate->validity, Validity::kValid) << two.words();
+  EXPECT_LT(two.tip_error_mm(), 1.5);
+}
+
+TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {
+  PreshapedBench bench({8, 0, 0}, 6, RestShape::kHook);
+  bench.measure_times(160);
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen));
+  EXPECT_NE(bench.words().find("a hook is configured"), std::string::npos) << bench.words();
+  EXPECT_LT(bench.tip_error_mm(), 2);
+}
+
+TEST(PreshapedEstimator, AResetForgetsTheHook) {
+  PreshapedBench bench({8, 14, 1}, 6, RestShape::kUnknown);
+  bench.measure_times(160);
+  ASSERT_GT(bench.estimate->coefficient_count, 40U);
+  bench.estimator->reset();
+  bench.measure_times(1);
+  EXPECT_EQ(bench.estimate->coefficient_count,
+            static_cast<std::uint32_t>(EstimatorSettings{}.coefficient_count));
+}
+
+TEST(PreshapedEstimator, CoefficientsAreDenseEnoughForAHookAndNoMoreThanThereCanBe) {
+  const auto count = [](double length_mm) {
+    return PreshapedEstimator::settings_for_hooks({}, length_mm).coefficient_count;
+  };
+  EXPECT_EQ(count(100), EstimatorSettings{}.coefficient_count);  // 4.3 mm apart already
+  EXPECT_LE(380.0 / (count(380) - 3), PreshapedEstimator::kHookSpacing_mm);
+  EXPECT_EQ(count(1000), kMaxCoefficients);
+}
+
+}  // namespace
+}  // namespace tubed
