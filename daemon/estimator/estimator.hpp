@@ -74,7 +74,8 @@ class Estimator {
   virtual void reset() noexcept = 0;
 };
 
-/// Makes the estimator of settings.mode for one instrument of the room. Allocates; throws
+/// Makes the estimator of settings.mode for one instrument of the room as configured, with images as
+/// measured_room() has them. Allocates; throws
 /// std::invalid_argument for an instrument without coils or with more than kMaxCoils.
 std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                           const InstrumentDescription& instrument,
