@@ -20,6 +20,7 @@ struct SimulatedRun {
   std::string preset = "paper";
   std::int64_t seed = 1;
   std::string vessel{};         ///< file of a vessel of your own; empty: the preset's aorta
+  std::string panel{};          ///< what takes the pictures: see parse_panel(); empty: as the preset has it
   int every = 1;                ///< only every so many-th exposure
   int second_view_every = 0;    ///< second view with every so many-th of them; 0: as the preset has it
   double swing_deg = 0;         ///< the first view swings by so much every 20 s; 0: as the preset has it

@@ -213,18 +213,36 @@ Scenario bench(std::int64_t seed) {
   return scenario;
 }
 
+/// As "field", with a catheter of 9 Fr, seen by a panel of today.
+Scenario flat_panel(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "flatpanel";
+  scenario.meaning =
+      "field, and a catheter of 3 mm on a panel of 1024 x 1024 pixels and 12 bits of intensity, 14 px wide";
+  scenario.room.instruments.front().diameter_mm = 3;
+  CameraCalibration& camera = scenario.room.cameras.front();
+  const FlatPanel panel;
+  camera = with_pixels(camera, panel.pixel_mm);
+  camera.cx += (1024 - camera.width) / 2.0;
+  camera.cy += (1024 - camera.height) / 2.0;
+  camera.width = camera.height = 1024;
+  scenario.panel = panel;
+  return scenario;
+}
+
 /// All presets, in the order in which they are listed: a new one is a row here and what makes it.
 struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 7> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 8> kPresets{{{"paper", paper},
                                           {"field", field},
                                           {"frozen", frozen},
                                           {"clinical", clinical},
                                           {"biplane", biplane},
                                           {"moving", moving},
-                                          {"bench", bench}}};
+                                          {"bench", bench},
+                                          {"flatpanel", flat_panel}}};
 
 CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   if (scenario.vessel_file.empty()) {
@@ -291,6 +309,16 @@ Scenario in_vessel(Scenario scenario, const std::string& vessel_file) {
   scenario.middle_world_mm = box.center();
   for (CameraCalibration& camera : scenario.room.cameras) {
     camera.T_camera_world = camera.T_camera_world * Eigen::Translation3d(kViewCentre_mm - box.center());
+  }
+  return scenario;
+}
+
+Scenario on_panel(Scenario scenario, std::string_view words) {
+  if (!words.empty()) {
+    scenario.panel = parse_panel(words);
+    for (CameraCalibration& camera : scenario.room.cameras) {
+      camera = with_pixels(camera, scenario.panel->pixel_mm);
+    }
   }
   return scenario;
 }
