@@ -9,8 +9,8 @@ namespace tubed {
 namespace {
 
 constexpr float kDarkShare = 1.0F / 128;  // of white, where the logarithm flattens
-constexpr int kEvery = 3;                 // row and pixel is looked at: enough, and none twice
-constexpr int kMinSamples = 200;          // of a grey value, to know its noise
+constexpr double kMaxLogGrey = 11.1;      // of 65535
+constexpr int kMinSamples = 50;           // of a grey value, to know its noise
 constexpr int kMinBins = 5;               // of a quarter of an octave each, to know a slope
 constexpr double kLinearSlope = 0.2;      // between 1/2 and what falls
 
@@ -30,26 +30,42 @@ void LogTable::set(float white, float words_per_level) {
   }
 }
 
-// The second difference of three pixels in a row is noise but for an even slope's share, which is 0.
-void ResponseFinder::look_at(std::span<const std::uint8_t> words, int width, int height) {
+// The second difference of three squares in a row is noise but for an even slope's share, which is 0.
+void ResponseFinder::look_at(std::span<const std::uint8_t> words, int width, int height, int square_px) {
   bins_.fill({});
-  for (int y = 0; y < height; y += kEvery) {
-    const std::uint8_t* row = words.data() + static_cast<std::ptrdiff_t>(y) * width * 2;
-    for (int x = 0; x + 2 < width; x += kEvery) {
-      std::array<std::uint16_t, 3> grey{};
-      std::memcpy(grey.data(), row + 2 * static_cast<std::ptrdiff_t>(x), sizeof grey);
-      const int sum = grey[0] + grey[1] + grey[2];
-      if (sum == 0) continue;
-      const double log_grey = std::log(sum / 3.0);
-      // 64 bins over log(1/3) .. log(65535).
-      const auto bin = static_cast<std::size_t>((log_grey + 1.1) * (kBins - 1) / 12.2);
-      Bin& of = bins_[bin];
-      of.sum_of_steps += std::abs(grey[0] - 2 * grey[1] + grey[2]);
-      of.sum_of_logs += log_grey;
-      ++of.count;
+  const double pixels = square_px * square_px;
+  const auto mean_at = [&](int left, int top) {
+    int sum = 0;
+    for (int y = top; y < top + square_px; ++y) {
+      for (int x = left; x < left + square_px; ++x) {
+        std::uint16_t grey = 0;
+        std::memcpy(&grey,
+                    &words[2 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                static_cast<std::size_t>(x))],
+                    sizeof grey);
+        sum += grey;
+      }
+    }
+    return sum / pixels;
+  };
+  for (int y = 0; y + square_px <= height; y += square_px) {
+    for (int x = 0; x + 3 * square_px <= width; x += 3 * square_px) {
+      const double left = mean_at(x, y);
+      const double middle = mean_at(x + square_px, y);
+      const double right = mean_at(x + 2 * square_px, y);
+      add((left + middle + right) / 3, std::abs(left - 2 * middle + right));
     }
   }
   decide();
+}
+
+void ResponseFinder::add(double grey, double step) {
+  if (grey < 1) return;
+  const double log_grey = std::log(grey);
+  Bin& of = bins_[static_cast<std::size_t>(log_grey * (kBins - 1) / kMaxLogGrey)];
+  of.sum_of_steps += step;
+  of.sum_of_logs += log_grey;
+  ++of.count;
 }
 
 // Slope of log(noise) over log(grey), each grey value as often as it was seen.

@@ -38,8 +38,10 @@ class LogTable {
 /// negative for the other.
 class ResponseFinder {
  public:
-  /// Looks at one image of 16-bit words, row by row. Never allocates.
-  void look_at(std::span<const std::uint8_t> words, int width, int height);
+  /// Looks at one image of 16-bit words, row by row, with squares of `square_px` a side as one: light spreads
+  /// over several pixels before it is read out, so that of pixel to pixel there is little but the
+  /// electronics' noise, which is even. Never allocates.
+  void look_at(std::span<const std::uint8_t> words, int width, int height, int square_px);
 
   /// Has the answer been found? What was found in one image stays.
   [[nodiscard]] bool is_known() const { return is_known_; }
@@ -57,6 +59,7 @@ class ResponseFinder {
     int count = 0;
   };
 
+  void add(double grey, double step);
   void decide();
 
   std::array<Bin, kBins> bins_{};

@@ -8,6 +8,8 @@ namespace tubed {
 
 namespace {
 
+constexpr int kMinSquare_px =
+    4;  // whose noise tells a linear detector; two measured pixels where those are large
 constexpr std::array kWhiteLevels = {255.0F, 1023.0F, 4095.0F, 16383.0F, 65535.0F};
 
 // FNV-1a over 8-byte words in four lanes: equal images give equal sums, and noise never repeats an X-ray
@@ -126,7 +128,7 @@ ImageRejection ImageDoor::take_pixels(const ImageFrame& frame, ImageMeasurement&
     return ImageRejection::kBlack;
   }
   if (sizeof(Pixel) == 2 && !finder_.is_known()) {
-    finder_.look_at(frame.pixels, frame.width, frame.height);
+    finder_.look_at(frame.pixels, frame.width, frame.height, std::max(kMinSquare_px, 2 * binning_));
   }
   if (is_linear()) {
     take_logarithms(white, measurement);

@@ -61,7 +61,7 @@ TEST(LogTable, AtTheDarkEndItFlattensInsteadOfShowingNoiseAlone) {
 
 TEST(ResponseFinder, CountedQuantaAreTakenForALinearDetector) {
   ResponseFinder finder;
-  finder.look_at(ramp(200, [](double grey) { return 3 * std::sqrt(grey); }), kSide, kSide);
+  finder.look_at(ramp(200, [](double grey) { return 3 * std::sqrt(grey); }), kSide, kSide, 4);
   EXPECT_TRUE(finder.is_known());
   EXPECT_TRUE(finder.is_linear());
   EXPECT_NEAR(finder.slope(), 0.5, 0.05);
@@ -69,29 +69,57 @@ TEST(ResponseFinder, CountedQuantaAreTakenForALinearDetector) {
 
 TEST(ResponseFinder, ItIsLinearWithElectronicNoiseAsStrongAsThatOfTheQuantaInTheMiddle) {
   ResponseFinder finder;
-  finder.look_at(ramp(200, [](double grey) { return std::sqrt(9 * grey + 9 * 800); }), kSide, kSide);
+  finder.look_at(ramp(200, [](double grey) { return std::sqrt(9 * grey + 9 * 800); }), kSide, kSide, 4);
   EXPECT_TRUE(finder.is_linear()) << finder.slope();
 }
 
 // Of v = log(I) the standard deviation is 1 / sqrt(I), that is exp(-v / 2).
 TEST(ResponseFinder, NoiseThatFallsWithGreyIsThatOfALogarithm) {
   ResponseFinder finder;
-  finder.look_at(ramp(200, [](double grey) { return 60 * std::exp(-grey / 1600); }), kSide, kSide);
+  finder.look_at(ramp(200, [](double grey) { return 60 * std::exp(-grey / 1600); }), kSide, kSide, 4);
   EXPECT_TRUE(finder.is_known());
   EXPECT_FALSE(finder.is_linear()) << finder.slope();
 }
 
 TEST(ResponseFinder, EvenNoiseIsNotThatOfQuanta) {
   ResponseFinder finder;
-  finder.look_at(ramp(200, [](double) { return 20.0; }), kSide, kSide);
+  finder.look_at(ramp(200, [](double) { return 20.0; }), kSide, kSide, 4);
   EXPECT_TRUE(finder.is_known());
   EXPECT_FALSE(finder.is_linear()) << finder.slope();
+}
+
+// Light that spreads over the neighbours takes the quanta's noise from pixel to pixel, not from square to
+// square.
+TEST(ResponseFinder, QuantaAreSeenBehindAScintillatorsBlur) {
+  std::vector<std::uint8_t> bytes = ramp(200, [](double grey) { return 8 * std::sqrt(grey); });
+  std::vector<std::uint16_t> words(bytes.size() / 2);
+  std::memcpy(words.data(), bytes.data(), bytes.size());
+  std::mt19937 random(9);
+  std::normal_distribution<double> electronics(0, 25);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    double sum = 0;
+    for (int y = -2; y <= 2; ++y) {
+      for (int x = -2; x <= 2; ++x) {
+        const auto row = std::clamp(static_cast<int>(i) / kSide + y, 0, kSide - 1);
+        const auto column = std::clamp(static_cast<int>(i) % kSide + x, 0, kSide - 1);
+        sum += words[static_cast<std::size_t>(row * kSide + column)];
+      }
+    }
+    const auto blurred = static_cast<std::uint16_t>(std::max(0.0, sum / 25 + electronics(random)));
+    std::memcpy(bytes.data() + 2 * i, &blurred, sizeof blurred);
+  }
+  ResponseFinder finder;
+  finder.look_at(bytes, kSide, kSide, 1);
+  EXPECT_FALSE(finder.is_linear()) << finder.slope();
+  ResponseFinder of_squares;
+  of_squares.look_at(bytes, kSide, kSide, 4);
+  EXPECT_TRUE(of_squares.is_linear()) << of_squares.slope();
 }
 
 TEST(ResponseFinder, AnImageOfOneGreyDecidesNothing) {
   ResponseFinder finder;
   std::vector<std::uint8_t> bytes(std::size_t{kSide} * kSide * 2, 9);
-  finder.look_at(bytes, kSide, kSide);
+  finder.look_at(bytes, kSide, kSide, 4);
   EXPECT_FALSE(finder.is_known());
   EXPECT_FALSE(finder.is_linear());
 }
