@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
+#include <numeric>
 
 namespace tubed {
 
@@ -168,20 +170,20 @@ ImageDoor::GreyRange ImageDoor::average(const ImageFrame& frame, ImageMeasuremen
   for (std::size_t row = 0; row < static_cast<std::size_t>(measurement.height); ++row) {
     std::fill(sums_.begin(), sums_.end(), 0U);
     for (std::size_t y = row * binning; y < (row + 1) * binning; ++y) {
-      std::size_t from = y * static_cast<std::size_t>(frame.width) + left;
-      for (std::size_t column = 0; column < width; ++column) {
-        for (std::size_t end = from + binning; from < end; ++from) {
-          const Pixel pixel = pixel_at<Pixel>(bytes, from);
-          sums_[column] += pixel;
-          least = std::min(least, pixel);
-          greatest = std::max(greatest, pixel);
-        }
+      const std::size_t from = y * static_cast<std::size_t>(frame.width) + left;
+      for (std::size_t x = 0; x < sums_.size(); ++x) {
+        const Pixel pixel = pixel_at<Pixel>(bytes, from + x);
+        sums_[x] += pixel;
+        least = std::min(least, pixel);
+        greatest = std::max(greatest, pixel);
       }
     }
     for (std::size_t column = 0; column < width; ++column) {
-      measurement.grey[row * width + column] = share * static_cast<float>(sums_[column]);
-      least_sum = std::min(least_sum, sums_[column]);
-      greatest_sum = std::max(greatest_sum, sums_[column]);
+      const auto first = sums_.begin() + static_cast<std::ptrdiff_t>(column * binning);
+      const std::uint32_t sum = std::accumulate(first, first + binning_, 0U);
+      measurement.grey[row * width + column] = share * static_cast<float>(sum);
+      least_sum = std::min(least_sum, sum);
+      greatest_sum = std::max(greatest_sum, sum);
     }
   }
   measurement.darkest = share * static_cast<float>(least_sum);

@@ -18,7 +18,7 @@ class ImageDoor {
       : camera_(std::move(camera)),
         binning_(binning),
         configured_(static_cast<float>(camera_.white_level)),
-        sums_(static_cast<std::size_t>(camera_.width / binning)) {}
+        sums_(static_cast<std::size_t>(camera_.width / binning * binning)) {}
 
   /// `white_level`: grey value of a pixel that is saturated. 0: learnt. A detector of 10, 12 or 14 bits that
   /// delivers words of 16 saturates far below the greatest word; until one of its pixels was brighter, its
@@ -80,7 +80,7 @@ class ImageDoor {
   std::uint64_t previous_sum_ = 0;  ///< over the pixels of the last image
   ResponseFinder finder_;
   LogTable logs_;
-  std::vector<std::uint32_t> sums_;  ///< scratch: of a row of squares
+  std::vector<std::uint32_t> sums_;  ///< scratch: of each column of a row of squares
 };
 
 }  // namespace tubed
