@@ -10,6 +10,7 @@
 
 #include "clients/evaluation/offline_reconstruction.hpp"
 #include "daemon/image/band_likelihood.hpp"
+#include "daemon/image/measured_view.hpp"
 #include "daemon/image/vesselness_meter.hpp"
 
 namespace tubed {
@@ -127,6 +128,7 @@ std::string words_of(const TubeEstimate& estimate) {
 
 std::string error_words(const char* which, const ProjectedTube& tube, const Explanation& explanation) {
   std::vector<double> off = distances_px(tube, *explanation.truth, explanation.camera);
+  for (double& distance_px : off) distance_px *= explanation.binning;
   if (off.empty()) {
     return std::string(which) + ": not in view";
   }
@@ -190,7 +192,10 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
   Explanation explanation;
   explanation.frame = row.frame;
   explanation.t_s = row.t_s;
-  explanation.camera = camera_of(sequence, row);
+  const CameraCalibration detector = camera_of(sequence, row);
+  explanation.binning =
+      binning_of(sequence.room.cameras[static_cast<std::size_t>(row.camera)], sequence.room.instruments);
+  explanation.camera = binned(detector, explanation.binning);
   explanation.mode = settings.mode;
   const InstrumentDescription& instrument = sequence.room.instruments.front();
   const auto estimator = make_estimator(settings, instrument, sequence.room);
@@ -239,6 +244,10 @@ std::vector<std::string> words_of(const Explanation& explanation) {
     words.push_back(format("%d lines in view, %.0f %% see a ridge where the tube was found; usual ridge %.2f",
                            explanation.found.in_view, 100 * explanation.found.inlier_ratio,
                            static_cast<double>(explanation.found.ridge_height)));
+    if (explanation.binning > 1) {
+      words.push_back(
+          format("measured with squares of %d x %d pixels as one", explanation.binning, explanation.binning));
+    }
     words.push_back(format("the image %s; of its lines %.0f %% agree with the shape",
                            explanation.after.has_image ? "took part" : "took no part",
                            static_cast<double>(100 * explanation.after.image_inlier_ratio)));
@@ -256,9 +265,10 @@ std::string lines_csv(const Explanation& explanation) {
   for (int i = 0; i < explanation.layout.count; ++i) {
     const CorrespondenceLine& line = explanation.lines[static_cast<std::size_t>(i)];
     if (line.in_view) {
-      text << explanation.layout.s_mm(i) << ',' << line.base_px.x() << ',' << line.base_px.y() << ','
-           << line.normal.x() << ',' << line.normal.y() << ',' << line.offset_px << ','
-           << std::sqrt(line.variance_px2) << ',' << (line.agrees ? 1 : 0) << '\n';
+      const Eigen::Vector2d base_px = unbinned_px(line.base_px, explanation.binning);
+      text << explanation.layout.s_mm(i) << ',' << base_px.x() << ',' << base_px.y() << ',' << line.normal.x()
+           << ',' << line.normal.y() << ',' << line.offset_px * explanation.binning << ','
+           << std::sqrt(line.variance_px2) * explanation.binning << ',' << (line.agrees ? 1 : 0) << '\n';
     }
   }
   return text.str();

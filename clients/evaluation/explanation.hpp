@@ -28,7 +28,8 @@ struct ProjectedTube {
 struct Explanation {
   std::uint32_t frame = 0;
   double t_s = 0;
-  CameraCalibration camera;
+  CameraCalibration camera;  ///< of the image as it is measured: all places below are pixels of that
+  int binning = 1;           ///< the detector's pixels a side that one of them is
   EstimatorMode mode = EstimatorMode::kFilter;
   ImageMeasurement image;              ///< grey is empty-handed unless state is kMeasured
   TubeEstimate before;                 ///< of the same instant without its images: coils and what was known
@@ -62,7 +63,8 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
 /// from the truth where it is known.
 std::vector<std::string> words_of(const Explanation& explanation);
 
-/// s_mm, base, normal, offset, standard deviation, agrees; a header and a row a line in view.
+/// s_mm, base, normal, offset, standard deviation, agrees; a header and a row a line in view. In pixels of
+/// the detector.
 std::string lines_csv(const Explanation& explanation);
 
 /// The estimated centreline in that view, a point each mm; empty when there is no shape.

@@ -30,13 +30,15 @@ struct CameraBench {
   PredictedArea predicted;
   ImageArea whole;
 
-  CameraBench(const CameraCalibration& camera, const FrangiSettings& frangi)
-      : door(camera),
-        meter(camera.width, camera.height, frangi),
-        prediction(camera, frangi),
+  /// `measured`: the camera of what is measured of its images.
+  CameraBench(const CameraCalibration& camera, int binning, const CameraCalibration& measured,
+              const FrangiSettings& frangi)
+      : door(camera, binning),
+        meter(measured.width, measured.height, frangi),
+        prediction(measured, frangi),
         watch(camera),
         configured(geometry_of(camera)) {
-    measurement.reserve(camera.width, camera.height);
+    measurement.reserve(measured.width, measured.height);
     whole = measurement.measured;
   }
 
@@ -62,7 +64,7 @@ struct CameraBench {
         measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
     if (measurement.state == ImageState::kMeasured) {
       frame.exposure = measurement.exposure;
-      watch.look_from(measurement.geometry.value_or(configured), measurement.exposure);
+      watch.look_from(measurement.geometry ? *frame.geometry : configured, measurement.exposure);
       const ViewState view = watch.observe(frame).state;
       has_moved = view == ViewState::kSuspect || view == ViewState::kMoved;
       meter.take(measurement, measurement.exposure <= predicted.until ? predicted.area : whole);
@@ -124,7 +126,8 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
                      const OnObservation& on_observation, std::chrono::nanoseconds max_image_timeout) {
   std::vector<std::unique_ptr<CameraBench>> benches;
   for (const CameraCalibration& camera : sequence.room.cameras) {
-    benches.push_back(std::make_unique<CameraBench>(camera, frangi));
+    const int binning = binning_of(camera, sequence.room.instruments);
+    benches.push_back(std::make_unique<CameraBench>(camera, binning, binned(camera, binning), frangi));
   }
   NextImages next_images(benches);
   const auto history = std::make_unique<EmHistory>(sequence.room.reference);

@@ -36,6 +36,7 @@ DriverSettings settings_for(const SimulatedRun& run) {
       .with("vessel", run.vessel)
       .with("hook_radius_mm", run.hook_radius_mm)
       .with("hook_length_mm", run.hook_length_mm)
+      .with("panel", run.panel)
       .with("swing_deg", run.swing_deg)
       .with("announces_pose", run.announces_pose)
       .with("pose_noise_deg", run.pose_noise_deg)
@@ -89,6 +90,7 @@ std::string command_of(const SimulatedRun& run) {
   if (run.hook_radius_mm != 0) text << " --hook-radius " << run.hook_radius_mm;
   if (run.hook_length_mm != 0) text << " --hook-length " << run.hook_length_mm;
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
+  if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
   if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
   if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
@@ -157,9 +159,10 @@ class RunWriter {
     truth.frame = ++frame_;
     if (scenario_.fluoroscopy_on(exposure.t_s)) {
       const CameraCalibration& calibration = world_.room().cameras[static_cast<std::size_t>(camera)];
-      GreyImage image{calibration.width, calibration.height, PixelDepth::kGrey8, {}};
-      image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-      views_[static_cast<std::size_t>(camera)]->render(world_, exposure.t_s, exposure.k, image.pixels);
+      SimulatedView& view = *views_[static_cast<std::size_t>(camera)];
+      GreyImage image{calibration.width, calibration.height, view.depth(), {}};
+      image.pixels.resize(view.bytes_per_image());
+      view.render(world_, exposure.t_s, exposure.k, image.pixels);
       writer_.add_exposure(frame_, stamp_s, camera, image);
       if (const auto geometry = world_.announced(calibration, exposure.t_s, exposure.k, run_.seed)) {
         writer_.add_geometry(frame_, *geometry);
@@ -205,6 +208,7 @@ Scenario scenario_of(const SimulatedRun& run) {
   if (!run.vessel.empty()) {
     scenario = in_vessel(std::move(scenario), run.vessel);
   }
+  scenario = on_panel(std::move(scenario), run.panel);
   if (run.second_view_every > 0) {
     if (scenario.room.cameras.size() < 2) {
       throw std::runtime_error("--second-view-every: preset " + run.preset +

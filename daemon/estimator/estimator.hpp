@@ -83,7 +83,8 @@ class RestShapedEstimator : public Estimator {
   virtual void set_rest(RestHook* hook) noexcept = 0;
 };
 
-/// Makes the estimator of settings.mode for one instrument of the room. Allocates; throws
+/// Makes the estimator of settings.mode for one instrument of the room as configured, with images as
+/// measured_room() has them. Allocates; throws
 /// std::invalid_argument for an instrument without coils or with more than kMaxCoils.
 std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                           const InstrumentDescription& instrument,

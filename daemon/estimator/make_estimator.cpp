@@ -6,6 +6,7 @@
 #include "daemon/estimator/preshaped_estimator.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
 #include "daemon/estimator/single_frame_estimator.hpp"
+#include "daemon/image/measured_view.hpp"
 
 namespace tubed {
 
@@ -25,7 +26,9 @@ std::unique_ptr<Estimator> make_preshaped(const EstimatorSettings& settings,
 
 std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                           const InstrumentDescription& instrument,
-                                          const RoomDescription& room) {
+                                          const RoomDescription& configured) {
+  // What estimators see of an image are the pixels that are measured.
+  const RoomDescription room = measured_room(configured);
   if (instrument.coils.empty() || instrument.coils.size() > static_cast<std::size_t>(kMaxCoils)) {
     throw std::invalid_argument("instrument '" + instrument.id + "' needs 1 to " + std::to_string(kMaxCoils) +
                                 " coils");

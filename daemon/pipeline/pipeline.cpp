@@ -28,14 +28,17 @@ struct CameraHandOver {
   Doorbell view_bell;
   TripleBuffer<ImageFrame> previews;  ///< without memory unless somebody wants them
 
-  CameraHandOver(const CameraCalibration& camera, const FrangiSettings& frangi) : prediction(camera, frangi) {
+  /// `measured`: the camera of what is measured of its images.
+  CameraHandOver(const CameraCalibration& camera, const CameraCalibration& measured,
+                 const FrangiSettings& frangi)
+      : prediction(measured, frangi) {
     predictions.for_each_slot(
-        [&](PredictedArea& predicted) { predicted.area = ImageArea(camera.width, camera.height); });
+        [&](PredictedArea& predicted) { predicted.area = ImageArea(measured.width, measured.height); });
     for (TripleBuffer<ImageFrame>* const mailbox : {&frames, &watched}) {
       mailbox->for_each_slot([&](ImageFrame& frame) { frame.reserve(camera.width, camera.height); });
     }
     measurements.for_each_slot(
-        [&](ImageMeasurement& measurement) { measurement.reserve(camera.width, camera.height); });
+        [&](ImageMeasurement& measurement) { measurement.reserve(measured.width, measured.height); });
   }
 
   void reserve_previews(const CameraCalibration& camera) {
@@ -65,10 +68,11 @@ struct Pipeline::Parts {
   }
 
   /// Grab, watch and filter of the next camera; its hand-overs, as the optimizer sees them.
-  CameraInlet add_camera(const CameraCalibration& camera, std::unique_ptr<ImageSource> source,
+  CameraInlet add_camera(const CameraCalibration& camera, int binning, std::unique_ptr<ImageSource> source,
                          const FrangiSettings& frangi, bool has_previews) {
     const auto number = static_cast<int>(cameras.size());
-    cameras.push_back(std::make_unique<CameraHandOver>(camera, frangi));
+    const CameraCalibration measured = binned(camera, binning);
+    cameras.push_back(std::make_unique<CameraHandOver>(camera, measured, frangi));
     CameraHandOver& hand_over = *cameras.back();
     add("grab-" + camera.name,
         std::make_unique<ImageGrabStage>(std::move(source), settings, hand_over.frames,
@@ -80,7 +84,8 @@ struct Pipeline::Parts {
                                     &hand_over.configured_for_watch),
         settings.view);
     auto frangi_stage = std::make_unique<FrangiStage>(
-        number, ImageHalf{ImageDoor(camera), VesselnessMeter(camera.width, camera.height, frangi)},
+        number,
+        ImageHalf{ImageDoor(camera, binning), VesselnessMeter(measured.width, measured.height, frangi)},
         hand_over.frames, hand_over.predictions, hand_over.measurements, hand_over.frangi_bell,
         optimizer_bell, &hand_over.configured);
     if (has_previews) {
@@ -121,8 +126,8 @@ Pipeline::Pipeline(PipelineParts parts, const RoomDescription& room, const Frang
   std::vector<CameraInlet> inlets;
   std::vector<TripleBuffer<ImageFrame>*> preview_mailboxes;
   for (std::size_t i = 0; i < room.cameras.size(); ++i) {
-    inlets.push_back(
-        p.add_camera(room.cameras[i], std::move(parts.image_sources[i]), frangi, previews != nullptr));
+    inlets.push_back(p.add_camera(room.cameras[i], binning_of(room.cameras[i], room.instruments),
+                                  std::move(parts.image_sources[i]), frangi, previews != nullptr));
     if (previews != nullptr) {
       preview_mailboxes.push_back(&p.cameras.back()->previews);
     }

@@ -237,19 +237,37 @@ Scenario preshaped(std::int64_t seed) {
   return with_hook(std::move(scenario), {kRadius_mm, 0});
 }
 
+/// As "field", with a catheter of 9 Fr, seen by a panel of today.
+Scenario flat_panel(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "flatpanel";
+  scenario.meaning =
+      "field, and a catheter of 3 mm on a panel of 1024 x 1024 pixels and 12 bits of intensity, 14 px wide";
+  scenario.room.instruments.front().diameter_mm = 3;
+  CameraCalibration& camera = scenario.room.cameras.front();
+  const FlatPanel panel;
+  camera = with_pixels(camera, panel.pixel_mm);
+  camera.cx += (1024 - camera.width) / 2.0;
+  camera.cy += (1024 - camera.height) / 2.0;
+  camera.width = camera.height = 1024;
+  scenario.panel = panel;
+  return scenario;
+}
+
 /// All presets, in the order in which they are listed: a new one is a row here and what makes it.
 struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 8> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 9> kPresets{{{"paper", paper},
                                           {"field", field},
                                           {"frozen", frozen},
                                           {"clinical", clinical},
                                           {"biplane", biplane},
                                           {"moving", moving},
                                           {"bench", bench},
-                                          {"preshaped", preshaped}}};
+                                          {"preshaped", preshaped},
+                                          {"flatpanel", flat_panel}}};
 
 CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   if (scenario.vessel_file.empty()) {
@@ -345,6 +363,16 @@ Scenario with_hook(Scenario scenario, const HookChoice& choice) {
   }
   CounterRandom random(scenario.seed, kHookStream, 0);
   hook.roll_rad = std::numbers::pi * random.signed_unit();
+  return scenario;
+}
+
+Scenario on_panel(Scenario scenario, std::string_view words) {
+  if (!words.empty()) {
+    scenario.panel = parse_panel(words);
+    for (CameraCalibration& camera : scenario.room.cameras) {
+      camera = with_pixels(camera, scenario.panel->pixel_mm);
+    }
+  }
   return scenario;
 }
 

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "drivers/interface/room.hpp"
+#include "drivers/laboratory/flat_panel.hpp"
 #include "drivers/laboratory/fluoroscope/radiograph_scene.hpp"
 #include "drivers/laboratory/instrument/catheterisation.hpp"
 #include "drivers/laboratory/tracker/em_errors.hpp"
@@ -56,10 +58,11 @@ struct Scenario {
   std::vector<TimeSpan> fluoroscopy_off;
   std::vector<TimeSpan> halts;  ///< the catheter is kept still; its first and last exposure lie within
   Body body = Body::kThorax;
-  ViewMotion view_motion;       ///< of the first view
-  ClutterStates clutter;        ///< what else is in the pictures
-  double contrast_from_s = -1;  ///< when contrast agent is injected; negative: never
-  double detector_lag = 0;      ///< part of a picture that stays for the next
+  ViewMotion view_motion;            ///< of the first view
+  ClutterStates clutter;             ///< what else is in the pictures
+  double contrast_from_s = -1;       ///< when contrast agent is injected; negative: never
+  double detector_lag = 0;           ///< part of a picture that stays for the next
+  std::optional<FlatPanel> panel{};  ///< what the pictures are taken with; nothing: as a console shows them
 
   [[nodiscard]] bool fluoroscopy_on(double t_s) const;
   /// Until the last command has been carried out.
@@ -89,6 +92,8 @@ struct HookChoice {
 /// Throws std::invalid_argument for a hook that cannot be: tighter than 6 mm (its nodes are 3 mm apart),
 /// longer than 45 mm (the bendable tip is 50 mm long), more than half a circle, or a length without a radius.
 Scenario with_hook(Scenario scenario, const HookChoice& choice);
+/// The scenario with pictures of a panel, parse_panel(`words`), of the same field of view; empty: as it is.
+Scenario on_panel(Scenario scenario, std::string_view words);
 
 /// Runs the scenario's mechanics: its vessel, then all commands; two to four
 /// seconds.

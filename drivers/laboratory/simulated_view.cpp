@@ -65,7 +65,7 @@ RadiographSettings settings_of(const Scenario& scenario) {
   if (clutter.second_wire || clutter.ecg_leads) {
     add_default_clutter(settings);
   }
-  return settings;
+  return scenario.panel ? with_panel(std::move(settings), *scenario.panel) : settings;
 }
 
 }  // namespace
@@ -95,6 +95,7 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
   if (world.view_motion().moves_at_all() || pan == PanOnRequest::kYes) {
     body_ = std::move(body);
   }
+  full_grey_ = (1 << settings_->display.bits) - 1;
   scene_.clutter = scenario->clutter;
   const auto& instruments = world.room().instruments;
   for (std::size_t i = 0; i < instruments.size(); ++i) {
@@ -145,12 +146,23 @@ void SimulatedView::render(const SimulatedWorld& world, double t_s, std::int64_t
   scene_.clutter.contrast_age_s = contrast_from_s >= 0 ? scenario_s - contrast_from_s : -1;
   place_catheters(world, t_s);
   radiograph_->render(scene_, pixels);
-  spoil(world.mistakes(), pixels);
+  if (depth() == PixelDepth::kGrey16) {
+    spoil(world.mistakes(),
+          std::span(reinterpret_cast<std::uint16_t*>(pixels.data()), pixels.size() / sizeof(std::uint16_t)));
+  } else {
+    spoil(world.mistakes(), pixels);
+  }
 }
 
-void SimulatedView::spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const {
+std::size_t SimulatedView::bytes_per_image() const {
+  return static_cast<std::size_t>(at_rest_.width) * static_cast<std::size_t>(at_rest_.height) *
+         (depth() == PixelDepth::kGrey16 ? 2 : 1);
+}
+
+template <typename Pixel>
+void SimulatedView::spoil(const RoomMistakes& mistakes, std::span<Pixel> pixels) const {
   if (mistakes.inverts) {
-    for (std::uint8_t& pixel : pixels) pixel = static_cast<std::uint8_t>(255 - pixel);
+    for (Pixel& pixel : pixels) pixel = static_cast<Pixel>(full_grey_ - pixel);
   }
   if (mistakes.mirrors) {
     const auto width = static_cast<std::ptrdiff_t>(at_rest_.width);

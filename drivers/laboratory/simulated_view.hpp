@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "drivers/interface/image_source.hpp"
 #include "drivers/laboratory/fluoroscope/attenuation_volume.hpp"
 #include "drivers/laboratory/fluoroscope/radiograph.hpp"
 #include "drivers/laboratory/fluoroscope_renderer.hpp"
@@ -21,9 +22,10 @@ AttenuationVolume body_of(const SimulatedWorld& world);
 /// May the table be panned on request? Then the chest of a preset is kept, to be cast anew.
 enum class PanOnRequest { kNo, kYes };
 
-/// 8-bit pictures: of a preset, radiographs of a chest; of "arch", drawn bands on a still background. Used by
-/// one thread. render() never allocates, but that a preset's view which stands elsewhere than for the picture
-/// before has the rays of the chest cast anew: a second or so, some seconds where heart and lungs move.
+/// Pictures of 8 bits, or as a panel has: of a preset, radiographs of a chest; of "arch", drawn bands on a
+/// still background. Used by one thread. render() never allocates, but that a preset's view which stands
+/// elsewhere than for the picture before has the rays of the chest cast anew: a second or so, some seconds
+/// where heart and lungs move.
 class SimulatedView {
  public:
   /// `cnr` is used for "arch" only, `body` for presets: nullptr makes one. It is kept where the view moves.
@@ -37,11 +39,19 @@ class SimulatedView {
 
   /// Draws exposure number `exposure`, taken at `t_s` of the world, into width x height pixels. `world` is
   /// the one given at construction, or an equal one.
+  /// A picture has bytes_per_image() bytes.
   void render(const SimulatedWorld& world, double t_s, std::int64_t exposure, std::span<std::uint8_t> pixels);
+
+  /// Words of 16 bits where the preset has a panel.
+  [[nodiscard]] PixelDepth depth() const {
+    return full_grey_ > 255 ? PixelDepth::kGrey16 : PixelDepth::kGrey8;
+  }
+  [[nodiscard]] std::size_t bytes_per_image() const;
 
  private:
   void look_from(const ViewGeometry& view);
-  void spoil(const RoomMistakes& mistakes, std::span<std::uint8_t> pixels) const;
+  template <typename Pixel>
+  void spoil(const RoomMistakes& mistakes, std::span<Pixel> pixels) const;
   void place_catheters(const SimulatedWorld& world, double t_s);
 
   std::unique_ptr<FluoroscopeRenderer> drawn_;  ///< for "arch"
@@ -51,6 +61,7 @@ class SimulatedView {
   ViewGeometry view_;  ///< from where the next picture is drawn, unless it moves
   std::int64_t seed_;
   double pan_mm_ = 0;
+  int full_grey_ = 255;                            ///< of a saturated pixel
   std::shared_ptr<const AttenuationVolume> body_;  ///< where the view moves
   std::unique_ptr<const RadiographSettings> settings_;
 };

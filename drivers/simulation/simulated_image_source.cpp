@@ -68,8 +68,7 @@ ReadOutcome SimulatedImageSource::read(ImageFrame& frame) noexcept {
     return ReadOutcome::kNothing;
   }
   next_ = clock_.newest_due(now);
-  if (frame.pixels.size() <
-      static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height)) {
+  if (frame.pixels.size() < view_->bytes_per_image()) {
     ++next_;
     return ReadOutcome::kRefused;
   }
@@ -92,10 +91,9 @@ void SimulatedImageSource::fill(ImageFrame& frame) noexcept {
   frame.fluoroscopy_on = !faults_.fluoroscopy_off && exposed(next_);
   frame.width = camera_.width;
   frame.height = camera_.height;
-  frame.depth = PixelDepth::kGrey8;
+  frame.depth = view_->depth();
   frame.geometry = world_.announced(camera_, world_.seconds(clock_.taken(shown_)), shown_, seed_);
-  const auto count = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
-  const std::span<std::uint8_t> pixels(frame.pixels.data(), count);
+  const std::span<std::uint8_t> pixels(frame.pixels.data(), view_->bytes_per_image());
   if (faults_.black) {
     std::fill(pixels.begin(), pixels.end(), std::uint8_t{0});
   } else if (frame.fluoroscopy_on) {

@@ -24,6 +24,10 @@ std::vector<KeyDescription> simulation_settings() {
           "in a preset the catheter's tip is a hook of this radius, 6 or more; 0 = as the preset has it"),
       key::real("hook_length_mm", 0.0, "mm", {0, 45},
                 "length of the hook; 0 = 1.75 times its radius, 14 at least and 40 at most"),
+      key::text(
+          "panel", "", {},
+          "what takes a preset's pictures: readout, bits and a pixel's mm where the patient is, such as "
+          "\"linear,12,0.2\"; empty = as the preset has it"),
       key::integer("epoch_ns", 0, "ns", {0, kNoLimit}, "CLOCK_MONOTONIC at which the motion begins"),
       key::real("em_rate_hz", 40.0, "Hz", {1, 1000}, "measurements of the tracker"),
       key::real("lambda_mm", 4.0, "mm", {0, 100}, "amplitude of the position noise, Eq. (19)"),

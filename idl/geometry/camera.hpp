@@ -17,6 +17,13 @@ inline constexpr double kMinFocal_px = 1;
 inline constexpr double kMaxFocal_px = 1e6;
 inline constexpr double kMaxPrincipal_px = 1e4;
 
+/// What a detector's grey values are of the X-rays that reach a pixel.
+enum class DetectorResponse {
+  kAuto,    ///< found from the noise of its images
+  kLinear,  ///< their intensity
+  kLog,     ///< its logarithm, or whatever a console shows: used as it is
+};
+
 /// Calibration of one view, as configuration and sequence folders give it.
 struct CameraCalibration {
   std::string name;
@@ -27,6 +34,9 @@ struct CameraCalibration {
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3, OpenCV's order
   RigidTransform T_camera_world = RigidTransform::Identity();
   double white_level = 0;  ///< grey value of a saturated pixel of its detector; 0: not known
+  DetectorResponse response = DetectorResponse::kAuto;
+  int binning =
+      0;  ///< squares of so many pixels a side are measured as one: 1, 2, 4, 8; 0: by the tube's width
   GeometryUse geometry = GeometryUse::kImage;  ///< of what images bring of their own
   /// Its images come as seen from the detector, as displays show them: rows are read from right to left, and
   /// pixel coordinates count in what that makes.
@@ -97,6 +107,17 @@ inline BoundKeys<CameraCalibration> camera_keys() {
                    "k1 k2 p1 p2 k3, as OpenCV defines them"),
       key::number("white_level", &S::white_level, "grey levels", {0, 65535},
                   "of a saturated pixel, such as 4095 of a detector of 12 bits; 0 = learnt from the images"),
+      key::word(
+          "response", &S::response,
+          {{DetectorResponse::kAuto, "auto"},
+           {DetectorResponse::kLinear, "linear"},
+           {DetectorResponse::kLog, "log"}},
+          "what grey values are of the X-rays. linear: their intensity, of which the logarithm is taken; "
+          "log: a logarithm, or as a console shows it; auto: found from the noise of images of more "
+          "than 8 bits"),
+      key::word("binning", &S::binning, {{0, "auto"}, {1, "1"}, {2, "2"}, {4, "4"}, {8, "8"}},
+                "squares of so many pixels a side are measured as one; auto: as many as make the tube 3.5 to "
+                "7 px wide, 1 where it is narrower"),
       key::word(
           "geometry", &S::geometry,
           {{GeometryUse::kConfiguration, "configuration"},

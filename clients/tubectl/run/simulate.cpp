@@ -164,6 +164,10 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   verb.add_option("--out", options->out, "Folder to write; without it only the mechanics run and are judged");
   verb.add_option("--vessel", options->run.vessel,
                   "A vessel of your own in mm: centreline with radii (.csv) or closed surface (.stl)");
+  verb.add_option(
+      "--panel", options->run.panel,
+      "Take the pictures with a panel: READOUT,BITS,PIXEL_MM, such as linear,12,0.2; linear or log, "
+      "9 to 16 bits, mm where the patient is (default: as the preset has it)");
   verb.add_option("--picture", options->picture,
                   "Draw the vessel, the catheter and the mechanics' figures, PNG");
   verb.add_option("--every", options->run.every, "Only every so many-th exposure")

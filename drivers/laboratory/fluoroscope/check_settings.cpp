@@ -29,10 +29,7 @@ void check(const DetectorSettings& detector) {
 }
 
 void check(const DisplaySettings& display) {
-  if (display.bits != 8 && display.bits != 16) {
-    throw std::invalid_argument("radiograph: bits is " + std::to_string(display.bits) +
-                                ", has to be 8 or 16");
-  }
+  within("bits", display.bits, 8, 16);
   within("range_compression", display.range_compression, 0, 1);
   within("compression_width_px", display.compression_width_px, 1, 1e4);
   within("contrast", display.contrast, 0.01, 100);

@@ -175,9 +175,9 @@ void to_grey8(std::span<const float> log_attenuation, float dark, float bright, 
   }
 }
 
-void to_grey16(std::span<const float> log_attenuation, float dark, float bright,
+void to_grey16(std::span<const float> log_attenuation, float dark, float bright, float full,
                std::span<std::uint8_t> out) {
-  const GreyScale grey(dark, bright, 65535);
+  const GreyScale grey(dark, bright, full);
   for (std::size_t i = 0; i < log_attenuation.size(); ++i) {
     const auto value = static_cast<std::uint16_t>(grey(log_attenuation[i]));
     std::memcpy(out.data() + 2 * i, &value, sizeof value);

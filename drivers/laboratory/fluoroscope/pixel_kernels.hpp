@@ -49,6 +49,7 @@ void count_quanta(std::span<const float> deviates, std::span<float> quanta);
 
 /// Grey values: 0 where `log_attenuation` is `dark` and more, `full` where it is `bright` and less.
 void to_grey8(std::span<const float> log_attenuation, float dark, float bright, std::span<std::uint8_t> out);
-void to_grey16(std::span<const float> log_attenuation, float dark, float bright, std::span<std::uint8_t> out);
+void to_grey16(std::span<const float> log_attenuation, float dark, float bright, float full,
+               std::span<std::uint8_t> out);
 
 }  // namespace tubed

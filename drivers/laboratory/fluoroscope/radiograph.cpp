@@ -196,6 +196,11 @@ class Radiograph::Implementation {
   }
 
   void show(std::span<std::uint8_t> pixels) {
+    if (settings_.display.readout == DetectorReadout::kIntensity) {
+      constexpr float kSaturation = 8;  // times the median of the patient
+      to_grey(0, kSaturation * static_cast<float>(settings_.detector.quanta_per_pixel), pixels);
+      return;
+    }
     const float scale = 1 / exposure_.open_beam_quanta;
     constexpr float kMin_quanta = 0.5F;
     for (float& quanta : picture_) {
@@ -205,8 +210,16 @@ class Radiograph::Implementation {
     for (std::size_t i = 0; i < picture_.size(); ++i) {
       picture_[i] -= exposure_.large_scale_log[i];
     }
-    const auto to_grey = settings_.display.bits == 8 ? to_grey8 : to_grey16;
-    to_grey(picture_, exposure_.dark, exposure_.bright, pixels);
+    to_grey(exposure_.dark, exposure_.bright, pixels);
+  }
+
+  /// picture_ from `dark` to `bright` as words of the detector.
+  void to_grey(float dark, float bright, std::span<std::uint8_t> pixels) const {
+    if (settings_.display.bits == 8) {
+      to_grey8(picture_, dark, bright, pixels);
+    } else {
+      to_grey16(picture_, dark, bright, static_cast<float>((1 << settings_.display.bits) - 1), pixels);
+    }
   }
 
   RadiographSettings settings_;

@@ -21,9 +21,16 @@ struct DetectorSettings {
   double electronic_noise = 4;    ///< standard deviation, in quanta
 };
 
-/// From detected quanta to grey values: -log, part of its large scales taken away, one fixed window.
+/// What becomes of the quanta that a detector has counted.
+enum class DetectorReadout {
+  kDisplay,    ///< -log, part of its large scales taken away, one fixed window: what a console shows
+  kIntensity,  ///< grey values in proportion, saturated beyond 8 times the median of the patient
+};
+
+/// From detected quanta to grey values. Of kIntensity only bits count.
 struct DisplaySettings {
-  int bits = 8;                      ///< 8 or 16
+  DetectorReadout readout = DetectorReadout::kDisplay;
+  int bits = 8;                      ///< 8, or 9 .. 16 in words of 16
   double range_compression = 0.6;    ///< part of the large-scale attenuation that is taken away, 0 .. 1
   double compression_width_px = 50;  ///< what counts as large scale: standard deviation
   double contrast = 1;               ///< above 1: a narrower window

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <random>
 
@@ -205,6 +207,129 @@ TEST(ImageChecks, TheDarkestAndTheBrightestPixelAreTold) {
             *std::min_element(door.measurement.grey.begin(), door.measurement.grey.end()));
   EXPECT_GT(door.measurement.darkest, 0);
   EXPECT_EQ(door.measurement.brightest, 3333);
+}
+
+/// A door that averages squares of 4 x 4 of 67 x 66 pixels.
+struct BinningBed {
+  explicit BinningBed(CameraCalibration camera = panel()) : door(camera, 4) { measurement.reserve(16, 16); }
+  static CameraCalibration panel() {
+    CameraCalibration camera = camera_with(GeometryUse::kImage);
+    camera.width = 67;
+    camera.height = 66;
+    return camera;
+  }
+  ImageDoor door;
+  ImageMeasurement measurement;
+};
+
+double mean_of_square(const ImageFrame& frame, int left, int top) {
+  double sum = 0;
+  for (int y = top; y < top + 4; ++y) {
+    for (int x = left; x < left + 4; ++x) sum += frame.pixels[static_cast<std::size_t>(y * frame.width + x)];
+  }
+  return sum / 16;
+}
+
+TEST(ImageChecks, ABinnedPixelIsTheMeanOfItsSquare) {
+  BinningBed bed;
+  const ImageFrame frame = noisy_frame(67, 66, 1);
+  EXPECT_EQ(bed.door.take(frame, bed.measurement), ImageRejection::kNone);
+  for (const auto& [x, y] : {std::pair(0, 0), {15, 0}, {3, 15}, {15, 15}}) {
+    EXPECT_EQ(bed.measurement.grey[static_cast<std::size_t>(16 * y + x)],
+              mean_of_square(frame, 4 * x, 4 * y));
+  }
+  const auto [least, greatest] =
+      std::minmax_element(bed.measurement.grey.begin(), bed.measurement.grey.end());
+  EXPECT_EQ(bed.measurement.darkest, *least);
+  EXPECT_EQ(bed.measurement.brightest, *greatest);
+}
+
+TEST(ImageChecks, ABinnedImageIsMirroredBeforeItsSquaresAreLaid) {
+  CameraCalibration camera = BinningBed::panel();
+  camera.mirrored = true;
+  BinningBed bed(camera);
+  const ImageFrame frame = noisy_frame(67, 66, 1);
+  EXPECT_EQ(bed.door.take(frame, bed.measurement), ImageRejection::kNone);
+  EXPECT_EQ(bed.measurement.grey[16 * 2 + 1], mean_of_square(frame, 67 - 8, 8));
+}
+
+TEST(ImageChecks, AnImageOfTheMeasuredSizeIsNotOneOfTheDetectors) {
+  BinningBed bed;
+  EXPECT_EQ(bed.door.take(noisy_frame(16, 16, 1), bed.measurement), ImageRejection::kWrongSize);
+}
+
+TEST(ImageChecks, AGeometryIsThatOfWhatWasCopied) {
+  BinningBed bed;
+  ImageFrame frame = noisy_frame(67, 66, 1);
+  frame.geometry = frame_with_geometry(900).geometry;
+  EXPECT_EQ(bed.door.take(frame, bed.measurement), ImageRejection::kNone);
+  EXPECT_EQ(bed.measurement.geometry, binned(*frame.geometry, 4));
+  bed.door.look_from(*frame.geometry);
+  frame.geometry.reset();
+  frame.pixels[0] ^= 1;
+  EXPECT_EQ(bed.door.take(frame, bed.measurement), ImageRejection::kNone);
+  EXPECT_EQ(bed.measurement.geometry->fx, binned(geometry_of(BinningBed::panel()), 4).fx);
+}
+
+TEST(ImageChecks, ALinearDetectorsImageIsCopiedAsItsLogarithm) {
+  CameraCalibration camera = camera_with(GeometryUse::kImage);
+  camera.response = DetectorResponse::kLinear;
+  camera.white_level = 4095;
+  DoorBed door(camera);
+  const ImageFrame frame = frame_of_words(700, 1, 4095, 1);
+  EXPECT_EQ(door.take(frame), ImageRejection::kNone);
+  LogTable logs;
+  logs.set(4095, 1);
+  std::uint16_t word = 0;
+  std::memcpy(&word, frame.pixels.data() + 2 * 77, 2);
+  EXPECT_EQ(door.measurement.grey[77], logs[word]);
+  EXPECT_EQ(door.measurement.brightest, 65535);
+}
+
+/// 256 x 256 words of 12 bits, four octaves from left to right; noise with the standard deviation of counted
+/// quanta, or one that is everywhere the same.
+ImageFrame ramp_of_words(bool counts_quanta, unsigned seed) {
+  ImageFrame frame;
+  frame.reserve(256, 256);
+  frame.depth = PixelDepth::kGrey16;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < 256 * 256; ++i) {
+    const double grey = 200 * std::exp2(static_cast<double>(i % 256) / 64);
+    const double noise = counts_quanta ? 3 * std::sqrt(grey) : 30;
+    const auto pixel = static_cast<std::uint16_t>(std::clamp(grey + noise * normal(random), 0.0, 4095.0));
+    std::memcpy(frame.pixels.data() + 2 * i, &pixel, 2);
+  }
+  return frame;
+}
+
+TEST(ImageChecks, TheNoiseOfTheFirstImageSaysOnceAndForAllWhetherItsDetectorIsLinear) {
+  for (const bool is_linear : {true, false}) {
+    CameraCalibration camera = camera_with(GeometryUse::kImage);
+    camera.width = camera.height = 256;
+    ImageDoor door(camera);
+    ImageMeasurement measurement;
+    measurement.reserve(256, 256);
+    EXPECT_EQ(door.take(ramp_of_words(is_linear, 1), measurement), ImageRejection::kNone);
+    EXPECT_EQ(door.is_linear(), is_linear);
+    EXPECT_EQ(door.take(ramp_of_words(!is_linear, 2), measurement), ImageRejection::kNone);
+    EXPECT_EQ(door.is_linear(), is_linear);
+  }
+}
+
+TEST(ImageChecks, ImagesOfEightBitsAreTakenAsTheyAreWhateverTheirNoise) {
+  CameraCalibration camera = camera_with(GeometryUse::kImage);
+  DoorBed door(camera);
+  ImageFrame frame;
+  frame.reserve(64, 64);
+  std::mt19937 random(3);
+  for (std::size_t i = 0; i < 64 * 64; ++i) {
+    const std::size_t grey = 10 + 3 * (i % 64);
+    frame.pixels[i] = static_cast<std::uint8_t>(grey + random() % (1 + grey / 8));
+  }
+  EXPECT_EQ(door.take(frame), ImageRejection::kNone);
+  EXPECT_FALSE(door.door.is_linear());
+  EXPECT_EQ(door.measurement.grey[100], static_cast<float>(frame.pixels[100]));
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST(PixelKernels, GreyValuesRunFromDarkToBrightAndStayInRange) {
   EXPECT_EQ(grey, (std::vector<std::uint8_t>{0, 0, 128, 255, 255}));
 
   std::vector<std::uint8_t> bytes(10);
-  to_grey16(attenuation, 5, 3, bytes);
+  to_grey16(attenuation, 5, 3, 65535, bytes);
   std::uint16_t middle = 0;
   std::memcpy(&middle, bytes.data() + 4, 2);
   EXPECT_EQ(middle, 32768);

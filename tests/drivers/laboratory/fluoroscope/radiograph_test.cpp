@@ -304,7 +304,7 @@ TEST(Radiograph, SettingsThatCannotBeAreRefusedByName) {
     }
     return std::string();
   };
-  EXPECT_NE(refusal([](auto& s) { s.display.bits = 12; }).find("bits is 12"), std::string::npos);
+  EXPECT_NE(refusal([](auto& s) { s.display.bits = 7; }).find("bits is 7"), std::string::npos);
   EXPECT_NE(refusal([](auto& s) { s.detector.quanta_per_pixel = 0; }).find("quanta_per_pixel"),
             std::string::npos);
   EXPECT_NE(refusal([](auto& s) { s.detector.lag = 1; }).find("lag is 1"), std::string::npos);

@@ -1,0 +1,76 @@
+#include "daemon/image/measured_view.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kMaxWidth_px = 7;  // of a tube in the measured image
+constexpr int kMinSide_px = 64;     // of the measured image
+
+/// Of the thinnest instrument, at the depth of what the camera looks at; 0 where that is not in front of it.
+double expected_width_px(const CameraCalibration& camera,
+                         std::span<const InstrumentDescription> instruments) {
+  const auto p_world_mm = camera.looked_at_world_mm();
+  if (!p_world_mm || instruments.empty()) {
+    return 0;
+  }
+  double diameter_mm = std::numeric_limits<double>::infinity();
+  for (const InstrumentDescription& instrument : instruments) {
+    diameter_mm = std::min(diameter_mm, instrument.diameter_mm);
+  }
+  return diameter_mm * std::min(camera.fx, camera.fy) / (camera.T_camera_world * *p_world_mm).z();
+}
+
+/// Of anything with intrinsics. Bit by bit the same where nothing is averaged.
+template <typename Pinhole>
+void bin_intrinsics(Pinhole& camera, int binning) {
+  if (binning > 1) {
+    camera.fx /= binning;
+    camera.fy /= binning;
+    camera.cx = (camera.cx + 0.5) / binning - 0.5;
+    camera.cy = (camera.cy + 0.5) / binning - 0.5;
+  }
+}
+
+}  // namespace
+
+int binning_of(const CameraCalibration& camera, std::span<const InstrumentDescription> instruments) {
+  const double width_px = expected_width_px(camera, instruments);
+  const int side_px = std::min(camera.width, camera.height);
+  const auto fits = [&](int binning) { return side_px / binning >= kMinSide_px; };
+  int binning = 1;
+  while (binning < kMaxBinning && fits(2 * binning) &&
+         (camera.binning > 0 ? binning < camera.binning : width_px > kMaxWidth_px * binning)) {
+    binning *= 2;
+  }
+  return binning;
+}
+
+CameraCalibration binned(CameraCalibration camera, int binning) {
+  bin_intrinsics(camera, binning);
+  camera.width /= binning;
+  camera.height /= binning;
+  if (camera.calibration_residual_px) {
+    *camera.calibration_residual_px /= binning;
+  }
+  camera.binning = 1;
+  return camera;
+}
+
+ViewGeometry binned(ViewGeometry geometry, int binning) {
+  bin_intrinsics(geometry, binning);
+  return geometry;
+}
+
+RoomDescription measured_room(RoomDescription room) {
+  for (CameraCalibration& camera : room.cameras) {
+    camera = binned(std::move(camera), binning_of(camera, room.instruments));
+  }
+  return room;
+}
+
+}  // namespace tubed
