@@ -1,5 +1,6 @@
 #include "daemon/pipeline/pipeline.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "daemon/pipeline/frangi_stage.hpp"
