@@ -51,12 +51,6 @@ std::vector<GreyPicture> changed_pictures(Change change) {
   return pictures;
 }
 
-std::vector<GreyPicture> one_mirrored() {
-  std::vector<GreyPicture> pictures = two_pictures();
-  pictures[1] = pictures[1].mirrored();
-  return pictures;
-}
-
 /// How it ends: refused, BAD (nothing is offered), doubtful, or good.
 enum class End { kRefused, kBad, kDoubtful };
 
@@ -120,13 +114,6 @@ TEST(CameraWrongUses, ImagesThatAreNotTheCamerasAreMetWithWords) {
            {"bright balls where dark ones are asked for", changed_pictures(negative), helix,
             with([](CameraSettings& s) { s.look.polarity = BallLook::Polarity::kDark; }), End::kRefused,
             "--balls bright"},
-           {"one image of two mirrored", one_mirrored(), helix, camera_a(), End::kRefused, "one mode"},
-           {"all mirrored",
-            {two_pictures()[1].mirrored()},
-            helix,
-            camera_a(),
-            End::kDoubtful,
-            "mirrored = true is offered"},
            {"saturated", changed_pictures([white](float pixel) { return std::min(pixel, 0.5F * white); }),
             helix, camera_a(), End::kRefused, "the image is saturated"}}) {
     expect_met(use);
