@@ -7,6 +7,7 @@
 
 #include "clients/calibration/ball_matching.hpp"
 #include "clients/calibration/camera_words.hpp"
+#include "clients/calibration/phantom_mistakes.hpp"
 
 namespace tubed {
 
@@ -44,13 +45,28 @@ struct RecognisedImage {
   bool mirrored;
 };
 
+/// A hint that balls were looked for with the wrong polarity; empty when they were not.
+std::string other_polarity(const GreyPicture& picture, BallLook look) {
+  constexpr std::size_t kMinOthers = 8;
+  if (look.polarity == BallLook::Polarity::kEither) return "";
+  const bool were_dark = look.polarity == BallLook::Polarity::kDark;
+  look.polarity = were_dark ? BallLook::Polarity::kBright : BallLook::Polarity::kDark;
+  const std::size_t others = find_balls(picture, look).size();
+  return others < kMinOthers ? ""
+                             : "; there are " + std::to_string(others) + (were_dark ? " bright" : " dark") +
+                                   " ones: give --balls " + (were_dark ? "bright" : "dark");
+}
+
 /// The best of the image as it is and mirrored; throws with what is known when neither shows the phantom.
 RecognisedImage recognise(const GreyPicture& picture, const BallPhantom& phantom,
                           const CameraSettings& settings, const MatchPrior& prior) {
   std::vector<FoundBall> found = find_balls(picture, settings.look);
   if (settings.mirrored) found = mirrored(std::move(found), picture.width);
   constexpr std::size_t kMinFound = 6;
-  if (found.size() < kMinFound) throw PhantomError(too_few_balls(picture, found.size(), phantom));
+  if (found.size() < kMinFound) {
+    throw PhantomError(too_few_balls(picture, found.size(), phantom) +
+                       other_polarity(picture, settings.look));
+  }
   const auto match = match_balls(found, phantom, picture.width, picture.height, prior);
   const bool is_sure = match && match->is_certain() && 4 * match->pairs.size() >= 3 * match->in_image;
   if (!is_sure) {
@@ -216,6 +232,8 @@ CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, co
                                findings.chosen.views[i].points.size(), pictures[i].clipped_share()});
   }
   judge(findings);
+  const auto mistakes = phantom_mistakes(findings, phantom);
+  findings.statements.insert(findings.statements.begin(), mistakes.begin(), mistakes.end());
   return findings;
 }
 

@@ -42,9 +42,12 @@ struct PointResidual {
   double radius_mm;
   Eigen::Vector2d p_image_px;
   double sigma_px;
+  IntrinsicNumbers unit;  ///< of the intrinsics
 
   template <typename T>
-  bool operator()(const T* intrinsics, const T* move, T* residual) const {
+  bool operator()(const T* in_units, const T* move, T* residual) const {
+    T intrinsics[Intrinsics::kNumbers];
+    for (std::size_t i = 0; i < unit.size(); ++i) intrinsics[i] = in_units[i] * unit[i];
     T p[3];
     moved(move, p_camera_mm, pivot_mm, p);
     const T depth = p[2] - radius_mm * radius_mm / p[2];  // project_ball()
@@ -71,6 +74,38 @@ struct PrincipalPrior {
     return true;
   }
 };
+
+/// What is known of one of the intrinsics before.
+struct NumberPrior {
+  std::size_t number;
+  double mean, sigma;  ///< in units of the number
+  template <typename T>
+  bool operator()(const T* intrinsics, T* residual) const {
+    residual[0] = (intrinsics[number] - mean) / sigma;
+    return true;
+  }
+};
+
+/// Terms of distortion differ by powers of ten: each is counted in its prior's standard deviations, so that
+/// the normal equations have one scale.
+IntrinsicNumbers units_of(const IntrinsicsModel& model) {
+  IntrinsicNumbers unit;
+  unit.fill(1);
+  if (model.distortion_sigma) {
+    std::copy(model.distortion_sigma->begin(), model.distortion_sigma->end(), unit.begin() + kK1);
+  }
+  return unit;
+}
+
+IntrinsicNumbers in_units(IntrinsicNumbers numbers, const IntrinsicNumbers& unit) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] /= unit[i];
+  return numbers;
+}
+
+IntrinsicNumbers from_units(IntrinsicNumbers numbers, const IntrinsicNumbers& unit) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] *= unit[i];
+  return numbers;
+}
 
 /// Without what the model does not have.
 Intrinsics within(Intrinsics first, const IntrinsicsModel& model) {
@@ -102,7 +137,11 @@ class Fit {
  public:
   Fit(const Intrinsics& first, const std::vector<PointView>& views, const IntrinsicsModel& model,
       Residuals residuals, double noise_factor)
-      : views_(views), model_(model), intrinsics_(numbers_of(within(first, model))), moves_(views.size()) {
+      : views_(views),
+        model_(model),
+        unit_(units_of(model)),
+        intrinsics_(in_units(numbers_of(within(first, model)), unit_)),
+        moves_(views.size()) {
     ceres::LossFunction* const loss = residuals == Residuals::kRobust ? new ceres::CauchyLoss(2.0) : nullptr;
     for (std::size_t i = 0; i < views.size(); ++i) {
       pivots_mm_.push_back(mean_depth_mm(views[i]));
@@ -110,7 +149,7 @@ class Fit {
         problem_.AddResidualBlock(
             new ceres::AutoDiffCostFunction<PointResidual, 2, Intrinsics::kNumbers, kPose>(
                 new PointResidual{views[i].T_camera_world * point.p_world_mm, pivots_mm_[i], point.radius_mm,
-                                  point.p_image_px, point.sigma_px * noise_factor}),
+                                  point.p_image_px, point.sigma_px * noise_factor, unit_}),
             loss, intrinsics_.data(), moves_[i].data());
       }
     }
@@ -118,6 +157,10 @@ class Fit {
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<PrincipalPrior, 2, Intrinsics::kNumbers>(
                                     new PrincipalPrior{first.cx, first.cy, *model.principal_sigma_px}),
                                 nullptr, intrinsics_.data());
+    }
+    if (model.aspect && model.aspect_sigma) know(kAspect, 1, *model.aspect_sigma);
+    for (int term = 0; term < model.distortion_terms && model.distortion_sigma; ++term) {
+      know(static_cast<Number>(kK1 + term), 0, 1);
     }
     const std::vector<int> constant = constant_numbers(model);
     if (constant.size() == Intrinsics::kNumbers) {
@@ -142,7 +185,7 @@ class Fit {
 
   [[nodiscard]] CameraFit result() const {
     CameraFit fit;
-    fit.intrinsics = intrinsics_of(intrinsics_);
+    fit.intrinsics = intrinsics_of(from_units(intrinsics_, unit_));
     fit.covariance.setZero();
     int count = 0;
     double squares_px2 = 0;
@@ -173,7 +216,8 @@ class Fit {
     Eigen::Matrix<double, Intrinsics::kNumbers, Intrinsics::kNumbers, Eigen::RowMajor> intrinsics;
     if (model_.count() > 0) {
       covariance.GetCovarianceBlock(intrinsics_.data(), intrinsics_.data(), intrinsics.data());
-      fit.covariance = intrinsics;
+      const Eigen::Map<const Eigen::Array<double, Intrinsics::kNumbers, 1>> unit(unit_.data());
+      fit.covariance = unit.matrix().asDiagonal() * intrinsics * unit.matrix().asDiagonal();
     }
     for (std::size_t i = 0; i < moves_.size(); ++i) {
       Eigen::Matrix<double, kPose, kPose, Eigen::RowMajor> pose;
@@ -184,6 +228,12 @@ class Fit {
   }
 
  private:
+  void know(Number number, double mean, double sigma) {
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<NumberPrior, 1, Intrinsics::kNumbers>(
+                                  new NumberPrior{static_cast<std::size_t>(number), mean, sigma}),
+                              nullptr, intrinsics_.data());
+  }
+
   [[nodiscard]] FittedView fitted(std::size_t i) const {
     FittedView view;
     view.pivot_depth_mm = pivots_mm_[i];
@@ -195,7 +245,7 @@ class Fit {
     turn.translation() =
         pivot - turn.linear() * pivot + Eigen::Map<const Eigen::Vector3d>(moves_[i].data() + 3);
     view.T_camera_world = turn * views_[i].T_camera_world;
-    const Camera camera(calibration_of(intrinsics_of(intrinsics_), view.T_camera_world));
+    const Camera camera(calibration_of(intrinsics_of(from_units(intrinsics_, unit_)), view.T_camera_world));
     for (const CameraPoint& point : views_[i].points) {
       const auto at = project_ball(camera, point.p_world_mm, point.radius_mm);
       view.residual_px.emplace_back(at ? Eigen::Vector2d(point.p_image_px - *at)
@@ -206,7 +256,8 @@ class Fit {
 
   const std::vector<PointView>& views_;
   IntrinsicsModel model_;
-  IntrinsicNumbers intrinsics_;
+  IntrinsicNumbers unit_;
+  IntrinsicNumbers intrinsics_;  ///< in units
   std::vector<PoseNumbers> moves_;
   std::vector<double> pivots_mm_;
   ceres::Problem problem_;

@@ -45,6 +45,10 @@ struct IntrinsicsModel {
   /// Standard deviation of the principal point about where it was given, px: how well it is known before.
   /// Nothing: not at all. Counts with principal_point only.
   std::optional<double> principal_sigma_px;
+  /// Standard deviations of fy / fx about 1 and of k1 k2 p1 p2 k3 about 0, as they are known before; nothing:
+  /// not at all. Count for what is fitted.
+  std::optional<double> aspect_sigma{};
+  std::optional<std::array<double, 5>> distortion_sigma{};
 
   /// How many numbers that are.
   [[nodiscard]] int count() const {

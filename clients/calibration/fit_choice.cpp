@@ -6,6 +6,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "clients/calibration/tail_probability.hpp"
+
 namespace tubed {
 
 namespace {
@@ -51,13 +53,6 @@ bool leave_out(const CameraFit& fit, std::vector<PointView>& views, std::vector<
   return were_any;
 }
 
-/// Schwarz' criterion with a noise that is not known: n ln(chi2 / n) + k ln n.
-double schwarz(const CameraFit& fit, const std::vector<PointView>& views, const IntrinsicsModel& model) {
-  double n = 0;
-  for (const PointView& view : views) n += 2 * static_cast<double>(view.points.size());
-  return n * std::log(std::max(fit.chi2, 1e-12) / n) + model.count() * std::log(n);
-}
-
 IntrinsicsModel plainest(const CameraPrior& prior) {
   IntrinsicsModel model;
   model.focal = !prior.focal_px;
@@ -73,27 +68,36 @@ Intrinsics in_the_middle(Intrinsics first, const CameraPrior& prior) {
   return first;
 }
 
-/// The model with the least criterion on these points.
-std::optional<IntrinsicsModel> best_model(const Intrinsics& first, const std::vector<PointView>& views,
-                                          const CameraPrior& prior) {
-  std::optional<IntrinsicsModel> best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const bool aspect : {false, true}) {
-    for (const int terms : {0, 1, 2, 4, 5}) {
-      if (!prior.may_distort && (terms > 0 || aspect)) continue;
-      IntrinsicsModel model = plainest(prior);
-      model.aspect = aspect;
-      model.distortion_terms = terms;
-      const auto fit = refine_camera(first, views, model, Residuals::kSquared);
-      if (!fit || fit->degrees_of_freedom < 4) continue;
-      const double criterion = schwarz(*fit, views, model);
-      if (criterion < least) {
-        least = criterion;
-        best = model;
-      }
-    }
-  }
-  return best;
+/// With everything, and with what is known of it.
+IntrinsicsModel fullest(const CameraPrior& prior, double fx) {
+  IntrinsicsModel model = plainest(prior);
+  model.aspect = true;
+  model.aspect_sigma = prior.aspect_sigma;
+  model.distortion_terms = 5;
+  const double r2 = (std::pow(prior.width / 2.0, 2) + std::pow(prior.height / 2.0, 2)) / (fx * fx);
+  const auto& [k1, k2, k3] = prior.radial_sigma;
+  model.distortion_sigma = {k1 / r2, k2 / (r2 * r2), prior.tangential_sigma, prior.tangential_sigma,
+                            k3 / (r2 * r2 * r2)};
+  return model;
+}
+
+/// The plainest model, unless distortion takes more from the residuals than it does by chance: for a noise
+/// that is not known the likelihood ratio is n ln(chi2 / chi2'), chi-square of as many numbers as are added.
+std::optional<IntrinsicsModel> model_for(const Intrinsics& first, const std::vector<PointView>& views,
+                                         const CameraPrior& prior) {
+  constexpr double kByChance = 0.02;
+  const IntrinsicsModel plain = plainest(prior);
+  const auto without = refine_camera(first, views, plain, Residuals::kSquared);
+  const bool has_plain = without && without->degrees_of_freedom >= 4;
+  if (!prior.may_distort) return has_plain ? std::optional(plain) : std::nullopt;
+  const IntrinsicsModel full = fullest(prior, first.fx);
+  const auto with = refine_camera(first, views, full, Residuals::kSquared);
+  const bool has_full = with && with->degrees_of_freedom >= 4;
+  if (!has_plain || !has_full)
+    return has_plain ? std::optional(plain) : has_full ? std::optional(full) : std::nullopt;
+  const double n = without->degrees_of_freedom + 1.0;
+  const double gain = n * std::log(std::max(without->chi2, 1e-12) / std::max(with->chi2, 1e-12));
+  return chi_square_tail(gain, full.count() - plain.count()) < kByChance ? full : plain;
 }
 
 }  // namespace
@@ -102,20 +106,16 @@ std::optional<ChosenFit> choose_fit(const Intrinsics& first, const std::vector<P
                                     const CameraPrior& prior) {
   const Intrinsics start = in_the_middle(first, prior);
   // With all of the usual distortion, so that it makes no good point look bad.
-  IntrinsicsModel rich = plainest(prior);
-  rich.distortion_terms = prior.may_distort ? 2 : 0;
+  const IntrinsicsModel rich = prior.may_distort ? fullest(prior, start.fx) : plainest(prior);
   std::optional<CameraFit> rough = refine_camera(start, views, rich, Residuals::kRobust);
-  if (!rough) {
-    rich.distortion_terms = 0;
-    rough = refine_camera(start, views, rich, Residuals::kRobust);
-  }
+  if (!rough) rough = refine_camera(start, views, plainest(prior), Residuals::kRobust);
   if (!rough) return std::nullopt;
   ChosenFit chosen;
   chosen.views = with_poses(views, *rough);
   leave_out(*rough, chosen.views, chosen.left_out);
   constexpr int kMaxRounds = 6;
   for (int round = 0; round < kMaxRounds; ++round) {
-    const auto model = best_model(in_the_middle(rough->intrinsics, prior), chosen.views, prior);
+    const auto model = model_for(in_the_middle(rough->intrinsics, prior), chosen.views, prior);
     if (!model) return std::nullopt;
     chosen.model = *model;
     const auto fit = fit_camera(in_the_middle(rough->intrinsics, prior), chosen.views, chosen.model);

@@ -17,6 +17,11 @@ struct CameraPrior {
   /// The principal point is about the image's middle: standard deviation as a share of the width. A detector
   /// is mounted that well; an image that is cropped to one side is not.
   double principal_sigma = 0.015;
+  /// Distortion is about 0: standard deviations of what k1, k2 and k3 move the image's corner by, as shares
+  /// of its distance from the middle, of p1 and p2 as they are, and of fy / fx about 1.
+  std::array<double, 3> radial_sigma{0.05, 0.02, 0.01};
+  double tangential_sigma = 0.005;
+  double aspect_sigma = 0.02;
   bool may_distort = true;  ///< fits distortion where it is significant
 };
 
@@ -38,9 +43,11 @@ struct ChosenFit {
   double principal_offset_in_sigmas = 0;
 };
 
-/// Fits distortion of 0, 1, 2, 4 or 5 terms and square or oblong pixels, whichever Schwarz' criterion (Ann.
-/// Statist. 6, 1978) prefers; leaves out points that are off by more than 4.5 robust standard deviations.
-/// Nothing when not even the plainest model can be fitted.
+/// Fits a camera without distortion, or where the points contradict that (likelihood ratio, 2 %) one with all
+/// of it and with what `prior` knows of each number: a term that points hardly tell is then not held at 0 but
+/// left as open as it is, so that the covariances of principal point and poses, which can take its place,
+/// have it in. Leaves out points that are off by more than 4.5 robust standard deviations. Nothing when not
+/// even the plainest model can be fitted.
 std::optional<ChosenFit> choose_fit(const Intrinsics& first, const std::vector<PointView>& views,
                                     const CameraPrior& prior);
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "clients/calibration/configuration_fragment.hpp"
@@ -46,6 +47,30 @@ ConfigurationFragment truth_of(const SimulatedCArm& simulated) {
   return truth;
 }
 
+Eigen::Vector3d place_before(const CameraCalibration& camera) {
+  const auto place_mm = camera.looked_at_world_mm();
+  if (!place_mm) {
+    throw PhantomError(
+        "camera \"" + camera.name +
+        "\" does not look toward the world's origin: nobody knows where a phantom would stand");
+  }
+  return *place_mm;
+}
+
+CameraCalibration turned(CameraCalibration camera, const GantryAngles& angles, std::size_t image) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Eigen::Vector3d pivot_camera_mm = camera.T_camera_world * place_before(camera);
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(angles.primary_deg * kDegree, Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(angles.secondary_deg * kDegree, Eigen::Vector3d::UnitX()))
+                                   .toRotationMatrix();
+  RigidTransform motion = RigidTransform::Identity();
+  motion.linear() = turn;
+  motion.translation() = pivot_camera_mm - turn * pivot_camera_mm;
+  camera.T_camera_world = motion * camera.T_camera_world;
+  camera.name = "image-" + std::to_string(image + 1);
+  return camera;
+}
+
 void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
@@ -71,7 +96,24 @@ SimulatedCArm usual_c_arm() {
   return simulated;
 }
 
+SimulatedCArm c_arm_of(const CameraCalibration& camera) {
+  SimulatedCArm simulated = usual_c_arm();
+  simulated.camera = camera;
+  simulated.width = camera.width;
+  simulated.height = camera.height;
+  simulated.angles = {{0, 0}, {30, 0}, {-30, 5}, {10, 25}};
+  place_before(camera);
+  return simulated;
+}
+
+BallPhantom phantom_before(const CameraCalibration& camera) {
+  BallPhantom phantom = helix_phantom();
+  phantom.T_world_phantom.translation() = place_before(camera);
+  return phantom;
+}
+
 CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image) {
+  if (simulated.camera) return turned(*simulated.camera, simulated.angles[image], image);
   CArm arm = simulated.c_arm;
   arm.primary_angle_deg = simulated.angles[image].primary_deg;
   arm.secondary_angle_deg = simulated.angles[image].secondary_deg;

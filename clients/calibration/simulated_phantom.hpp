@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,11 +23,21 @@ struct SimulatedCArm {
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3
   bool mirrored = false;
   BallExposure exposure;
+  /// Instead of all the above but angles and exposure: this camera, turned with each pair of angles about
+  /// what it looks at (about its own y, then its own x), the first of which is not turned at all.
+  std::optional<CameraCalibration> camera{};
 };
 
 /// A flat panel of 512 x 512 pixels of 0.6 mm, 1200 mm from the source, isocentre at 785 mm, principal point
 /// (257.3, 253.9), and the world turned and shifted against it; six directions; 1000 quanta a pixel.
 SimulatedCArm usual_c_arm();
+
+/// The same exposures of a camera that stands somewhere: from where it is, and turned about what it looks at.
+/// Throws PhantomError when that is behind it.
+SimulatedCArm c_arm_of(const CameraCalibration& camera);
+
+/// The built-in phantom in the middle of what `camera` looks at.
+BallPhantom phantom_before(const CameraCalibration& camera);
 
 /// The camera at one of its directions.
 CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image);

@@ -60,7 +60,11 @@ ConfiguredSequence as_configured(Sequence sequence, const Configuration& configu
     if (camera.geometry == GeometryUse::kConfiguration) {
       frame.geometry.reset();
     }
+    frame.t_s -= 1e-3 * camera.time_offset_ms;
   }
+  // Stable: two cameras exposed together stay in their order.
+  std::stable_sort(sequence.frames.begin(), sequence.frames.end(),
+                   [](const SequenceFrame& a, const SequenceFrame& b) { return a.t_s < b.t_s; });
   return {std::move(sequence), configuration.estimators[instrument], configuration.frangi,
           std::chrono::nanoseconds(static_cast<std::int64_t>(configuration.pipeline.image_stale_ms * 1e6))};
 }

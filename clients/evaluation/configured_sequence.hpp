@@ -19,7 +19,8 @@ struct ConfiguredSequence {
 
 /// Cameras are matched by name, the instrument by the catheter's id, or it is the only one configured. What
 /// is recorded stays: measurements, images, truth, and each frame's geometry unless the configuration's holds
-/// for every image of its camera. Throws std::runtime_error
+/// for every image of its camera. What the configuration says that a camera's stamps are late by is taken off
+/// its frames' times, as the daemon does. Throws std::runtime_error
 /// for a camera of the sequence that the configuration does not have, or has with another size, and when it
 /// is not clear which instrument is meant.
 ConfiguredSequence as_configured(Sequence sequence, const Configuration& configuration);

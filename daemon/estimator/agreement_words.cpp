@@ -31,10 +31,11 @@ void write_explanation(const CoilImageAgreement::Verdict& verdict, const Instrum
           std::abs(verdict.end_mm), verdict.end_mm < 0 ? "back" : "out");
       return;
     case Discord::kClock:
-      std::snprintf(
-          text.data(), text.size(),
-          "images are stamped about %.0f ms too %s against the coils: check latency_ms of both drivers",
-          std::abs(verdict.clock_s) * 1e3, verdict.clock_s > 0 ? "late" : "early");
+      std::snprintf(text.data(), text.size(),
+                    "images are stamped about %.0f ms too %s against the coils: `tubectl calibrate time` "
+                    "measures it for "
+                    "time_offset_ms of [[camera]]",
+                    std::abs(verdict.clock_s) * 1e3, verdict.clock_s > 0 ? "late" : "early");
       return;
     case Discord::kMagnification:
       std::snprintf(

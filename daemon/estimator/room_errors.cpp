@@ -87,6 +87,8 @@ RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription&
   }
   errors.arc_length_mm =
       greatest_stated(instrument.coils, &CoilPlacement::offset_sigma_mm, usual.arc_length_mm);
+  errors.clock_s =
+      1e-3 * greatest_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms, 1e3 * usual.clock_s);
   errors.magnification = greatest_stated(room.cameras, &CameraCalibration::focal_sigma, usual.magnification);
   return errors;
 }

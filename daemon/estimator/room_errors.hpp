@@ -20,8 +20,9 @@ struct RoomErrors {
 
 /// Those of `room` for one of its instruments. The registration's come from its covariance, at the place that
 /// the first camera looks at; without one from its residual, which for markers of a body is about sqrt(3)
-/// times the error of an axis; cameras add the variances of their poses. Arc lengths and magnification have
-/// the greatest sigma that is stated, where all coils, all cameras, state one. None is below a fifth of the
+/// times the error of an axis; cameras add the variances of their poses. Arc lengths,
+/// magnification and the clock have the greatest sigma that is stated, where all coils, all cameras, state
+/// one. None is below a fifth of the
 /// default: what no calibration knows of, such as a table that sags, stays.
 RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription& instrument);
 

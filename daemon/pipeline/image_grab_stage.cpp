@@ -1,5 +1,6 @@
 #include "daemon/pipeline/image_grab_stage.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace tubed {
@@ -13,6 +14,8 @@ bool ImageGrabStage::step(const Clock& clock) noexcept {
   const ReadOutcome outcome = session_.read(mailbox_.back(), clock);
   const MonotonicTime now = clock.now();
   if (outcome == ReadOutcome::kFrame) {
+    ImageFrame& frame = mailbox_.back();
+    frame.exposure = std::min(frame.exposure - time_offset_, std::max(now, frame.exposure));
     take(now);
   }
   is_thinning_ = left_out_ > 0 && now - newest_left_out_ < std::chrono::seconds(1);

@@ -13,19 +13,21 @@ namespace tubed {
 /// Reads one view of the fluoroscope into the newest-frame mailbox, and announces the exposure to the
 /// optimizer so that it can wait for the second view of the same instant. A copy goes to the view's watch.
 /// Images that come faster than PipelineSettings::rate_hz are thinned out to it, counted as dropped and told.
-/// See Stage.
+/// `time_offset` is what the source's stamps are late by: taken off before anybody sees them, so that it
+/// holds for every driver; nothing was exposed after it had come. See Stage.
 class ImageGrabStage final : public Stage {
  public:
   ImageGrabStage(std::unique_ptr<ImageSource> source, const PipelineSettings& settings,
                  TripleBuffer<ImageFrame>& mailbox, TripleBuffer<MonotonicTime>& announcement,
-                 Doorbell& frangi_bell, ViewInlet view = {})
+                 Doorbell& frangi_bell, ViewInlet view = {}, std::chrono::nanoseconds time_offset = {})
       : session_(std::move(source), settings),
         limit_(settings.rate_hz),
         rate_hz_(settings.rate_hz),
         mailbox_(mailbox),
         announcement_(announcement),
         frangi_bell_(frangi_bell),
-        view_(view) {}
+        view_(view),
+        time_offset_(time_offset) {}
 
   void wait(const Clock& clock) noexcept override { session_.wait(clock); }
   bool step(const Clock& clock) noexcept override;
@@ -43,6 +45,7 @@ class ImageGrabStage final : public Stage {
   TripleBuffer<MonotonicTime>& announcement_;
   Doorbell& frangi_bell_;
   ViewInlet view_;
+  std::chrono::nanoseconds time_offset_;
   std::uint64_t outputs_ = 0;
   std::uint64_t superseded_ = 0;
   std::uint64_t left_out_ = 0;

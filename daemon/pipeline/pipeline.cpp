@@ -1,5 +1,6 @@
 #include "daemon/pipeline/pipeline.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "daemon/pipeline/frangi_stage.hpp"
@@ -77,7 +78,8 @@ struct Pipeline::Parts {
     add("grab-" + camera.name,
         std::make_unique<ImageGrabStage>(std::move(source), settings, hand_over.frames,
                                          hand_over.announcements, hand_over.frangi_bell,
-                                         ViewInlet{&hand_over.watched, &hand_over.view_bell}),
+                                         ViewInlet{&hand_over.watched, &hand_over.view_bell},
+                                         std::chrono::nanoseconds(std::llround(1e6 * camera.time_offset_ms))),
         settings.image_grab);
     add("view-" + camera.name,
         std::make_unique<ViewStage>(camera, hand_over.watched, hand_over.views, hand_over.view_bell,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <mutex>
@@ -254,20 +255,65 @@ Scenario flat_panel(std::int64_t seed) {
   return scenario;
 }
 
+/// In, then to and fro by about 15 mm in no even rhythm, with a turn of the hand: half a minute of it.
+std::vector<CatheterCommand> to_and_fro_commands(double steps_per_s, std::int64_t seed) {
+  constexpr int kInsertions = 40;  // the tip is free, and in view
+  constexpr double kDuration_s = 26;
+  std::vector<CatheterCommand> commands = paper_commands();
+  commands.resize(kInsertions);
+  CounterRandom random(seed, 7206, 0);
+  struct Swing {
+    double amplitude_mm, rate_hz, phase;
+  };
+  std::array<Swing, 3> swings{{{8, 0.37, 0}, {5, 0.83, 0}, {2, 1.3, 0}}};
+  for (Swing& swing : swings) {
+    swing.rate_hz *= 0.85 + 0.3 * random.unit();
+    swing.phase = 2 * std::numbers::pi * random.unit();
+  }
+  const auto place_mm = [&swings](double t_s) {
+    double sum_mm = 0;
+    for (const Swing& swing : swings) {
+      sum_mm += swing.amplitude_mm *
+                (std::sin(2 * std::numbers::pi * swing.rate_hz * t_s + swing.phase) - std::sin(swing.phase));
+    }
+    return sum_mm;
+  };
+  constexpr double kTurn_rad_mm = 2 * kDegree;  // the hand turns a little as it pulls
+  for (double t_s = 0; t_s < kDuration_s; t_s += 1 / steps_per_s) {
+    const double insert_mm = place_mm(t_s + 1 / steps_per_s) - place_mm(t_s);
+    commands.push_back({insert_mm, kTurn_rad_mm * insert_mm, 0});
+  }
+  return commands;
+}
+
+/// As "field", with the tip moved as `tubectl calibrate time` asks for.
+Scenario to_and_fro(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "to-and-fro";
+  scenario.meaning =
+      "the tip goes to and fro for half a minute, as tubectl calibrate time asks for; field's tracker";
+  scenario.steps_per_s = 30;
+  scenario.frame_rate_hz = 15;
+  scenario.commands = to_and_fro_commands(scenario.steps_per_s, seed);
+  scenario.fluoroscopy_off = {{0, 1.4}};
+  return scenario;
+}
+
 /// All presets, in the order in which they are listed: a new one is a row here and what makes it.
 struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 9> kPresets{{{"paper", paper},
-                                          {"field", field},
-                                          {"frozen", frozen},
-                                          {"clinical", clinical},
-                                          {"biplane", biplane},
-                                          {"moving", moving},
-                                          {"bench", bench},
-                                          {"preshaped", preshaped},
-                                          {"flatpanel", flat_panel}}};
+constexpr std::array<Preset, 10> kPresets{{{"paper", paper},
+                                           {"field", field},
+                                           {"frozen", frozen},
+                                           {"clinical", clinical},
+                                           {"biplane", biplane},
+                                           {"moving", moving},
+                                           {"bench", bench},
+                                           {"preshaped", preshaped},
+                                           {"flatpanel", flat_panel},
+                                           {"to-and-fro", to_and_fro}}};
 
 CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   if (scenario.vessel_file.empty()) {

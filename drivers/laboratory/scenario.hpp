@@ -92,6 +92,7 @@ struct HookChoice {
 /// Throws std::invalid_argument for a hook that cannot be: tighter than 6 mm (its nodes are 3 mm apart),
 /// longer than 45 mm (the bendable tip is 50 mm long), more than half a circle, or a length without a radius.
 Scenario with_hook(Scenario scenario, const HookChoice& choice);
+
 /// The scenario with pictures of a panel, parse_panel(`words`), of the same field of view; empty: as it is.
 Scenario on_panel(Scenario scenario, std::string_view words);
 

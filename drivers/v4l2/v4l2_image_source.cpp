@@ -165,7 +165,7 @@ ReadOutcome V4l2ImageSource::refuse(std::string_view why) noexcept {
 ReadOutcome V4l2ImageSource::deliver(const ArrivedPicture& picture, ImageFrame& frame,
                                      MonotonicTime now) noexcept {
   // Some drivers work their stamps out beforehand: nothing was exposed after it had come.
-  const MonotonicTime exposure = std::min(picture.stamp.value_or(now), now) - settings_.latency;
+  const MonotonicTime exposure = std::min(picture.stamp.value_or(now), now);
   if (picture.is_damaged) {
     return refuse("the card says that it is damaged");
   }
@@ -280,7 +280,8 @@ CardWords V4l2ImageSource::note(MonotonicTime now) const noexcept {
     say("pictures are lost: USB bandwidth, or a machine that is too slow");
   }
   if (!has_stamps_) {
-    say("the card has no time stamps of CLOCK_MONOTONIC: arrival less latency_ms is taken for the exposure");
+    say("the card has no time stamps of CLOCK_MONOTONIC: arrival is taken for the exposure, see "
+        "time_offset_ms");
   }
   if (last_ahead_ > MonotonicTime{} && now - last_ahead_ < kTold) {
     say("the card's time stamps lie ahead of their arrival, which is taken instead");

@@ -36,7 +36,7 @@ class V4l2ImageSource final : public ImageSource, public HasCondition {
   OpenResult open() override;
   void wait(MonotonicTime deadline) noexcept override;
   /// The exposure is the kernel's time stamp, or the arrival where the card has none of CLOCK_MONOTONIC or
-  /// one of the future, less the configured latency. With held_after_ms set, a picture that shows the one
+  /// one of the future. With held_after_ms set, a picture that shows the one
   /// before again is kNothing, and an image with fluoroscopy off when no other has come for so long.
   ReadOutcome read(ImageFrame& frame) noexcept override;
   void close() noexcept override;

@@ -61,8 +61,6 @@ std::vector<KeyDescription> v4l2_settings() {
       key::integer("input", -1, "", {-1, 63},
                    "input of the card, as `tubectl doctor` counts them; -1 = where it is"),
       key::integer("buffers", 4, "", {2, CardStream::kMaxBuffers}, "pictures that the card may fill ahead"),
-      key::real("latency_ms", 0, "ms", {0, 1000},
-                "from the middle of the exposure to the kernel's time stamp, see drivers/v4l2/README.md"),
       pixels("crop", 4, 0, "[x, y, width, height] of the card's picture that is used; left out = all of it"),
       key::integer("decimation", 1, "", {1, 8}, "each square of so many pixels becomes one, their mean"),
       key::word("flip", "none", {"none", "horizontal", "vertical", "both"},
@@ -97,7 +95,6 @@ V4l2Settings v4l2_settings_of(const DriverSettings& settings) {
   all.shape.flip = flip_of(settings.get<std::string>("flip"));
   all.shape.rotation = static_cast<Rotation>(std::atoi(settings.get<std::string>("rotate_deg").c_str()) / 90);
   all.coding = {settings.get<std::string>("range") == "limited", settings.get<double>("gamma")};
-  all.latency = from_ms(settings.get<double>("latency_ms"));
   all.held_after = from_ms(settings.get<double>("held_after_ms"));
   all.held_noise_levels = settings.get<double>("held_noise_levels");
   all.camera_is_of_the_card = settings.get<std::string>("camera_of") == "card";

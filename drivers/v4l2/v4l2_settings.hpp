@@ -15,7 +15,6 @@ struct V4l2Settings {
   CardRequest request;  ///< its path aside
   PictureShape shape;
   GreyCoding coding;
-  std::chrono::nanoseconds latency{};     ///< from the middle of the exposure to the kernel's time stamp
   std::chrono::nanoseconds held_after{};  ///< 0: every picture is taken for an exposure
   double held_noise_levels = 0.1;         ///< see HeldPictures
   bool camera_is_of_the_card = true;      ///< [[camera]] describes the card's picture, not the delivered one

@@ -43,13 +43,17 @@ struct CameraCalibration {
   bool mirrored = false;
   double source_isocentre_mm = 0;  ///< of the C-arm behind it; 0: not known
   double source_detector_mm = 0;   ///< the same
+  /// By which its images' time stamps, as the source gives them, are late against the tracker's: the exposure
+  /// is the stamp less this. Negative: they are early.
+  double time_offset_ms = 0;
   /// How well `tubectl calibrate camera` knew what it wrote; nothing: it did not say. Standard deviations.
   std::optional<double> calibration_residual_px{};  ///< RMS distance of found points from where they project
   /// Of the pose's shift and turn along and about the camera's axes, as PoseSigma has them with the pivot at
   /// the depth of the phantom, each with all that intrinsics leave open.
   std::optional<std::array<double, 3>> pose_sigma_mm{};
   std::optional<std::array<double, 3>> pose_sigma_deg{};
-  std::optional<double> focal_sigma{};  ///< of fx, relative
+  std::optional<double> focal_sigma{};           ///< of fx, relative
+  std::optional<double> time_offset_sigma_ms{};  ///< of `tubectl calibrate time`
 
   /// A point that this view surely sees: the isocentre where it is known, otherwise the point of the optical
   /// axis nearest to the world's origin; nothing when that lies behind the camera.
@@ -129,6 +133,10 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       key::flag("mirrored", &S::mirrored,
                 "images come as seen from the detector, as displays show them: each row is read from right "
                 "to left before anything else, and fx .. T_camera_world are of what that makes"),
+      key::number(
+          "time_offset_ms", &S::time_offset_ms, "ms", {-1000, 1000},
+          "by which the time stamps of its source are late against the tracker's: the exposure is the "
+          "stamp less this; negative: they are early. `tubectl calibrate time` finds it"),
       {std::move(pose)},
       found_number(
           "calibration_residual_px", &S::calibration_residual_px, "px", 1000,
@@ -140,7 +148,9 @@ inline BoundKeys<CameraCalibration> camera_keys() {
             "standard deviation of the pose about the camera's axes x, y, z",
             std::vector<double>{0.05, 0.05, 0.02}),
       found_number("focal_sigma", &S::focal_sigma, "", 1,
-                   "standard deviation of fx as a share of it: 0.001 is 0.1 %", 0.001)};
+                   "standard deviation of fx as a share of it: 0.001 is 0.1 %", 0.001),
+      found_number("time_offset_sigma_ms", &S::time_offset_sigma_ms, "ms", 1000,
+                   "standard deviation of time_offset_ms; left out = 15 ms", 3.0)};
 }
 
 /// A point in the image and how it moves with the point in the world.

@@ -1,4 +1,4 @@
-// tubectl calibrate: cameras, coils, the tracker's noise.
+// tubectl calibrate: cameras, coils, the tracker's noise, the clock of images.
 #include "clients/tubectl/calibrate/calibrate_camera.hpp"
 #include "clients/tubectl/calibrate/calibrate_coils.hpp"
 #include "clients/tubectl/verbs.hpp"
@@ -6,12 +6,14 @@
 namespace tubed {
 
 CommandLine add_calibrate(CommandLine app, int& exit_code) {
-  CommandLine verb = app.add_subcommand("calibrate", "Calibrate cameras, coils and the tracker's noise");
+  CommandLine verb = app.add_subcommand(
+      "calibrate", "Calibrate cameras, coils, the tracker's noise and the clock of images");
   verb.require_subcommand();
   add_calibrate_camera(verb, exit_code);
   add_calibrate_phantom(verb, exit_code);
   add_calibrate_coils(verb, exit_code);
   add_calibrate_noise(verb, exit_code);
+  add_calibrate_time(verb, exit_code);
   return verb;
 }
 

@@ -3,8 +3,10 @@
 #include <memory>
 
 #include "clients/calibration/simulated_phantom.hpp"
+#include "clients/tubectl/calibrate/bad_data.hpp"
 #include "clients/tubectl/calibrate/calibrate_camera.hpp"
 #include "clients/tubectl/verbs.hpp"
+#include "daemon/config/load_configuration.hpp"
 
 namespace tubed {
 
@@ -17,10 +19,29 @@ struct PhantomOptions {
   int bits = 16;
   std::vector<double> distortion;
   bool mirrored = false;
+  std::string config;
+  std::string camera;
 };
 
-int write_phantom(const PhantomOptions& options) {
+/// The camera of a configuration with the phantom before it, or the built-in C-arm.
+struct Laboratory {
   SimulatedCArm simulated = usual_c_arm();
+  BallPhantom phantom = helix_phantom();
+};
+
+Laboratory laboratory_of(const PhantomOptions& options) {
+  if (options.config.empty()) return {};
+  const Configuration configuration = load_configuration(options.config);
+  for (const CameraCalibration& camera : configuration.room.cameras) {
+    if (options.camera.empty() || camera.name == options.camera) {
+      return {c_arm_of(camera), phantom_before(camera)};
+    }
+  }
+  throw PhantomError(options.config + ": has no camera \"" + options.camera + "\"");
+}
+
+int write_phantom(const PhantomOptions& options) {
+  auto [simulated, phantom] = laboratory_of(options);
   simulated.exposure.seed = options.seed;
   simulated.exposure.detector.quanta_per_pixel = options.dose_quanta;
   simulated.exposure.bits = options.bits;
@@ -28,12 +49,16 @@ int write_phantom(const PhantomOptions& options) {
   std::copy_n(options.distortion.begin(), std::min<std::size_t>(5, options.distortion.size()),
               simulated.distortion.begin());
   try {
-    const auto files = write_simulated_phantom(simulated, helix_phantom(), options.out);
+    const auto files = write_simulated_phantom(simulated, phantom, options.out);
     std::cout << options.out << ": phantom.toml, " << files.size()
               << " images (SIMULATED), angles.txt, truth.toml\nTry:\n  tubectl calibrate camera "
-              << options.out << "/image-*.png --phantom " << options.out
-              << "/phantom.toml --camera A --pitch " << simulated.c_arm.pixel_pitch_mm << " --angles $(cat "
-              << options.out << "/angles.txt)\n";
+              << options.out << "/image-*.png --phantom " << options.out << "/phantom.toml --camera ";
+    if (simulated.camera) {
+      std::cout << simulated.camera->name << '\n';
+    } else {
+      std::cout << "A --pitch " << simulated.c_arm.pixel_pitch_mm << " --angles $(cat " << options.out
+                << "/angles.txt)\n";
+    }
     return kExitOk;
   } catch (const PhantomError& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
@@ -54,8 +79,12 @@ CommandLine add_calibrate_phantom(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--bits", options->bits, "8 or 16").is_member({"8", "16"}).capture_default_str();
   verb.add_option("--distortion", options->distortion, "k1 k2 p1 p2 k3").expected(5, 5);
+  verb.add_option("--config", options->config,
+                  "Expose it with a camera of this configuration, from where that stands and from around it");
+  verb.add_option("--camera", options->camera, "Which; left out: the first");
   verb.add_flag("--mirrored", options->mirrored, "Images as seen from the detector");
-  verb.callback([options, &exit_code] { exit_code = write_phantom(*options); });
+  verb.callback(
+      [options, &exit_code] { exit_code = saying_bad_data([&] { return write_phantom(*options); }); });
   return verb;
 }
 

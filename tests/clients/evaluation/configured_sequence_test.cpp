@@ -78,6 +78,28 @@ Sequence recorded() {
   return sequence;
 }
 
+TEST(ConfiguredSequence, WhatACamerasStampsAreLateByIsTakenOffAndFramesStayInOrder) {
+  Sequence sequence = recorded();
+  sequence.room.cameras.push_back(sequence.room.cameras[0]);
+  sequence.room.cameras[1].name = "B";
+  sequence.room.cameras[1].width = sequence.room.cameras[1].height = 64;
+  SequenceFrame of_b = sequence.frames[0];
+  sequence.frames[0].t_s = 1.00;
+  of_b.frame = 8;
+  of_b.t_s = 1.02;
+  of_b.camera = 1;
+  sequence.frames.push_back(of_b);
+  Configuration room = configuration();
+  room.room.cameras[0].time_offset_ms = 45;  // B
+
+  const ConfiguredSequence run = as_configured(sequence, room);
+
+  ASSERT_EQ(run.sequence.frames.size(), 2U);
+  EXPECT_EQ(run.sequence.frames[0].frame, 8U);
+  EXPECT_NEAR(run.sequence.frames[0].t_s, 0.975, 1e-12);
+  EXPECT_EQ(run.sequence.frames[1].t_s, 1.00);
+}
+
 TEST(ConfiguredSequence, TheRoomIsTheConfigurationsAndWhatWasRecordedStays) {
   const ConfiguredSequence run = as_configured(recorded(), configuration());
   ASSERT_EQ(run.sequence.room.cameras.size(), 1U);

@@ -27,6 +27,16 @@ TEST(RoomErrors, ARoomThatSaysNothingHasTheUsualOnes) {
   EXPECT_EQ(errors.turn_rad, RoomErrors().turn_rad);
   EXPECT_EQ(errors.arc_length_mm, RoomErrors().arc_length_mm);
   EXPECT_EQ(errors.magnification, RoomErrors().magnification);
+  EXPECT_EQ(errors.clock_s, RoomErrors().clock_s);
+}
+
+TEST(RoomErrors, AClockThatWasMeasuredIsKnownAsWellAsItWasButNotExactly) {
+  RoomDescription room = a_room();
+  room.cameras[0].time_offset_sigma_ms = 6.0;
+  EXPECT_NEAR(errors_of(room).clock_s, 0.006, 1e-12);
+
+  room.cameras[0].time_offset_sigma_ms = 0.1;
+  EXPECT_NEAR(errors_of(room).clock_s, 0.003, 1e-12);
 }
 
 TEST(RoomErrors, ATurnAboutMarkersFarAwayIsAShiftWhereTheCameraLooks) {

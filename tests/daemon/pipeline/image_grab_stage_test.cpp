@@ -52,6 +52,47 @@ TEST(ImageGrabStage, TheFilterSeesThePixelsWhereTheSourcePutThem) {
   EXPECT_GE(places.size(), 2U) << "the source writes into what the filter reads";
 }
 
+/// Stamps every image with the same time.
+class StampingImageSource final : public ImageSource {
+ public:
+  explicit StampingImageSource(MonotonicTime stamp) : stamp_(stamp) {}
+  OpenResult open() override { return {true, {}}; }
+  void wait(MonotonicTime /*deadline*/) noexcept override {}
+  ReadOutcome read(ImageFrame& frame) noexcept override {
+    frame.exposure = stamp_;
+    return ReadOutcome::kFrame;
+  }
+  void close() noexcept override {}
+
+ private:
+  MonotonicTime stamp_;
+};
+
+/// The exposure that comes out 50 ms after such a stamp.
+MonotonicTime exposure_of(MonotonicTime stamp, std::chrono::nanoseconds time_offset) {
+  TripleBuffer<ImageFrame> mailbox;
+  TripleBuffer<MonotonicTime> announcement;
+  Doorbell bell;
+  ImageGrabStage stage(std::make_unique<StampingImageSource>(stamp), PipelineSettings{}, mailbox,
+                       announcement, bell, {}, time_offset);
+  FakeClock clock;
+  stage.step(clock);  // opens the source
+  clock.advance(stamp + std::chrono::milliseconds(50) - clock.now());
+  stage.step(clock);
+  EXPECT_TRUE(mailbox.fetch() && announcement.fetch());
+  EXPECT_EQ(mailbox.front().exposure, announcement.front());
+  return mailbox.front().exposure;
+}
+
+TEST(ImageGrabStage, WhatStampsAreLateByIsTakenOffAndNothingIsExposedAfterItHasCome) {
+  using std::chrono::milliseconds;
+  const MonotonicTime stamp = from_ns(10'000'000'000);
+
+  EXPECT_EQ(exposure_of(stamp, milliseconds(45)), stamp - milliseconds(45));
+  EXPECT_EQ(exposure_of(stamp, milliseconds(-30)), stamp + milliseconds(30));
+  EXPECT_EQ(exposure_of(stamp, milliseconds(-80)), stamp + milliseconds(50));
+}
+
 TEST(ImageGrabStage, ImagesAtTenTimesTheRateAreThinnedOutCountedAndTold) {
   const std::uint8_t* place = nullptr;
   TripleBuffer<ImageFrame> mailbox;
