@@ -46,6 +46,7 @@ TEST(LogTable, ItRisesWithoutAStepBackFromNothingToWhite) {
     logs.set(white, 1);
     EXPECT_EQ(logs[0], 0);
     EXPECT_EQ(logs[static_cast<std::uint32_t>(white)], 65535);
+    EXPECT_EQ(logs[LogTable::kMaxWord], 65535) << "brighter than white is white";
     for (std::uint32_t word = 1; word <= LogTable::kMaxWord; ++word) {
       ASSERT_GE(logs[word], logs[word - 1]) << white << ", " << word;
     }
