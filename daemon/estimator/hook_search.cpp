@@ -14,6 +14,10 @@ namespace {
 constexpr std::array<int, 2> kReaches_px = {14, 6};
 constexpr int kCoilIterations = 5;
 constexpr int kLineIterations = 4;
+// Operators bend tips as well, and vessels do: what a wire or a wall makes of the last piece, a quarter
+// circle or so, is no hook. Of the variance of its curvature.
+constexpr double kBendable_mm = 50;
+constexpr double kBendableBySo = 6;
 constexpr double kHopeless = 25;        // chi^2 of the coils above the best start: no image makes up for it
 constexpr float kShowsTube = 0.5F;      // share of lines that agree
 constexpr double kStrainSlack = 4.5;    // as in RecursiveEstimator
@@ -26,6 +30,7 @@ HookSearch::HookSearch(const EstimatorSettings& settings, const InstrumentDescri
     : settings_(settings),
       map_(settings, instrument.length_mm),
       views_(settings, instrument, room),
+      bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_coils_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {
   map_.set_strain_slack(kStrainSlack);
   straight_.C = mirrored_.C = C_coils_;
@@ -34,8 +39,19 @@ HookSearch::HookSearch(const EstimatorSettings& settings, const InstrumentDescri
   }
 }
 
+// Behind the first `from_segment` of the spline's the tip may bend as tips do.
+void HookSearch::soften_tip(int from_segment) {
+  bending_.setOnes();
+  const auto begin = static_cast<Eigen::Index>(2 * from_segment);
+  const auto end =
+      std::min(bending_.size(), static_cast<Eigen::Index>(2 * kBendable_mm / map_.spline().spacing_mm()));
+  if (end > begin) bending_.segment(begin, end - begin).setConstant(kBendableBySo);
+  map_.set_bending(bending_);
+}
+
 bool HookSearch::solve_straight(const Observation& observation, const CoilObservations& coils) {
   map_.set_rest(nullptr);
+  soften_tip(0);
   views_.forget_lines();
   bool converged = false;
   if (!map_.solve_linear(coils, straight_.C)) {
@@ -49,6 +65,7 @@ bool HookSearch::solve_straight(const Observation& observation, const CoilObserv
 
 double HookSearch::solve_with(RestHook& hook, const Observation& observation, const CoilObservations& coils) {
   map_.set_rest(&hook);
+  soften_tip(hook.segment_count());
   start_everywhere(hook, coils);
   double least = starts_[0].cost;
   for (const Hypothesis& start : starts_) {

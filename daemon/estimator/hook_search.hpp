@@ -42,6 +42,7 @@ class HookSearch {
     double cost = 0;
   };
 
+  void soften_tip(int from_segment);
   void start_everywhere(RestHook& hook, const CoilObservations& coils);
   void look(const Observation& observation, const CoilObservations& coils, Hypothesis& hypothesis);
   void try_mirrored(RestHook& hook, const Observation& observation, const CoilObservations& coils,
@@ -50,7 +51,8 @@ class HookSearch {
   EstimatorSettings settings_;
   TubeMap map_;
   TubeViews views_;
-  TubeEstimate figures_;  ///< of images; nobody reads them
+  Eigen::VectorXd bending_;  ///< factors of map_
+  TubeEstimate figures_;     ///< of images; nobody reads them
   Hypothesis straight_;
   Eigen::Matrix3Xd C_coils_;  ///< with a straight tip, of the coils alone
   std::array<Hypothesis, kStarts> starts_;

@@ -14,12 +14,13 @@ constexpr std::array<HookShape, 2> kGenericHooks{{{8, 14}, {16, 30}}};
 constexpr double kAskEvery_s = 0.5;
 constexpr double kAskWhenKnown_s = 2;
 constexpr int kFewestAsked = 3;
-constexpr double kMemory = 0.25;       // share of the newest answer
-constexpr double kAdopted = 8;         // mean gain (chi^2) of a hook that is there
-constexpr double kAdoptedAtOnce = 15;  // by one answer
+constexpr double kMemory = 0.15;       // share of the newest answer
+constexpr double kAdopted = 12;        // mean gain (chi^2) of a hook that is there
+constexpr double kAdoptedAtOnce = 25;  // by one answer
 constexpr double kDropped = 0;
-constexpr double kUndecided = 5;
-constexpr double kUndecidedFarCoil = 0;  // where the first coil would not lie in the smallest hook
+constexpr double kUndecided = 8;
+constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see the smallest hook
+constexpr double kSeesTheHook_mm = 3;    // from where it begins
 constexpr double kNoSuchHook = -5;
 constexpr double kTwoSides_rad = 10 * M_PI / 180;
 constexpr double kSideKnownFor_s = 1.5;
@@ -141,7 +142,8 @@ bool TipShape::is_seen_from_two_sides() const {
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {
   if (!active_) {
     if (configured_ == RestShape::kHook) return TipDoubt::kNoSuchHook;
-    const bool is_far = !hooks_.empty() && !hooks_.front().is_held_by(coils.first_used_mm());
+    const bool is_far =
+        !hooks_.empty() && coils.first_used_mm() > hooks_.front().shape().length_mm - kSeesTheHook_mm;
     const bool is_undecided = gain() > (is_far && !is_seen_from_two_sides() ? kUndecidedFarCoil : kUndecided);
     return is_undecided ? TipDoubt::kUndecided : TipDoubt::kNone;
   }

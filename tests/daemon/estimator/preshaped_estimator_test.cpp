@@ -80,19 +80,20 @@ TEST(PreshapedEstimator, WithTheModelAndACoilInTheHookTheTipIsFound) {
       PreshapedBench bench({8, 14, roll_rad}, 6, RestShape::kHook, mode);
       bench.measure_times(120);
       EXPECT_EQ(bench.estimate->validity, Validity::kValid) << roll_rad << ' ' << bench.words();
-      EXPECT_LT(bench.tip_error_mm(), 1.5) << roll_rad << " mode " << name_of(mode);
+      EXPECT_LT(bench.tip_error_mm(), 2.5) << roll_rad << " mode " << name_of(mode);
       EXPECT_GT(bench.estimate->coefficient_count, 40U);
     }
   }
 }
 
 TEST(PreshapedEstimator, AHookThatNobodyToldOfIsFound) {
-  PreshapedBench straight({8, 14, 1}, 6, RestShape::kStraight);
-  PreshapedBench unknown({8, 14, 1}, 6, RestShape::kUnknown);
+  PreshapedBench straight({8, 14, 1}, 8, RestShape::kStraight);
+  PreshapedBench unknown({8, 14, 1}, 8, RestShape::kUnknown);
   straight.measure_times(160);
   unknown.measure_times(160);
+  EXPECT_GT(unknown.estimate->coefficient_count, 40U);
   EXPECT_LT(unknown.tip_error_mm(), 1.5);
-  EXPECT_GT(straight.tip_error_mm(), 2 * unknown.tip_error_mm());
+  EXPECT_GT(straight.tip_error_mm(), 1.5 * unknown.tip_error_mm());
 }
 
 TEST(PreshapedEstimator, OfAStraightTipNothingChanges) {

@@ -53,7 +53,7 @@ constexpr HookedTube kStraight{8, 0, 0};
 
 TEST(TipShape, AHookIsFoundWithoutBeingToldOf) {
   for (const double roll_rad : {0.0, 0.8, 1.6, 3.0, 4.5}) {
-    TipBench bench({8, 14, roll_rad});
+    TipBench bench({8, 14, roll_rad}, 6);
     for (int i = 0; i < 4; ++i) bench.ask();
     ASSERT_NE(bench.shape->rest(), nullptr) << roll_rad << " gain " << bench.shape->gain();
     EXPECT_GT(bench.shape->rest()->binormal().normalized().dot(bench.tube.binormal()), std::cos(0.4))
