@@ -66,7 +66,6 @@ class VideoCard : public ::testing::Test {
     settings.request.path = kCard;
     settings.request.format = PixelFormat::kGrey;
     settings.request.size = {kWidth, kHeight};
-    settings.latency = milliseconds(5);
     frame_.reserve(kWidth, kHeight);
     source_ =
         std::make_unique<V4l2ImageSource>(CameraCalibration{.name = "A", .width = kWidth, .height = kHeight},
