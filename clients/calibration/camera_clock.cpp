@@ -60,11 +60,15 @@ std::size_t images_of(const Sequence& sequence, int camera) {
 }
 
 void refuse_unseen(const CameraClock& clock, std::size_t images) {
-  refuse(clock,
-         formatted("the tube was seen where coils have it in %zu of %zu images, over too little time: ",
-                   clock.images, images) +
-             "record half a minute with the tip in view; `tubectl check` says whether registration, "
-             "pose and polarity fit");
+  refuse(
+      clock,
+      formatted(
+          "the tube was seen where coils have it in %zu of %zu images, which is over too little time, or it "
+          "hardly moved: ",
+          clock.images, images) +
+          "record half a minute with the tip in view. Move the tip to and fro by 3 cm, once a second. "
+          "`tubectl "
+          "check` says whether registration, pose and polarity fit");
 }
 
 void judge(const CameraClock& clock, double max_sigma_s) {
