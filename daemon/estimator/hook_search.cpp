@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/estimator/mirror_test.hpp"
-
 namespace tubed {
 
 namespace {
@@ -18,10 +16,8 @@ constexpr int kLineIterations = 4;
 // circle or so, is no hook. Of the variance of its curvature.
 constexpr double kBendable_mm = 50;
 constexpr double kBendableBySo = 6;
-constexpr double kHopeless = 25;        // chi^2 of the coils above the best start: no image makes up for it
-constexpr float kShowsTube = 0.5F;      // share of lines that agree
-constexpr double kStrainSlack = 4.5;    // as in RecursiveEstimator
-constexpr double kMirroredFrom_mm = 2;  // behind the hook
+constexpr float kShowsTube = 0.5F;    // share of lines that agree
+constexpr double kStrainSlack = 4.5;  // as in RecursiveEstimator
 
 }  // namespace
 
@@ -33,10 +29,7 @@ HookSearch::HookSearch(const EstimatorSettings& settings, const InstrumentDescri
       bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_coils_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {
   map_.set_strain_slack(kStrainSlack);
-  straight_.C = mirrored_.C = C_coils_;
-  for (Hypothesis& start : starts_) {
-    start.C = C_coils_;
-  }
+  straight_.C = hooked_.C = C_coils_;
 }
 
 // Behind the first `from_segment` of the spline's the tip may bend as tips do.
@@ -63,46 +56,22 @@ bool HookSearch::solve_straight(const Observation& observation, const CoilObserv
   return agreeing_ >= kShowsTube;
 }
 
-double HookSearch::solve_with(RestHook& hook, const Observation& observation, const CoilObservations& coils) {
+// For a binormal that is held the shape of the coils needs no guess.
+double HookSearch::solve_with(RestHook& hook, int start, const Observation& observation,
+                              const CoilObservations& coils) {
   map_.set_rest(&hook);
   soften_tip(hook.segment_count());
-  start_everywhere(hook, coils);
-  double least = starts_[0].cost;
-  for (const Hypothesis& start : starts_) {
-    least = std::min(least, start.cost);
-  }
-  Hypothesis* best = nullptr;
-  for (Hypothesis& start : starts_) {
-    if (start.cost > least + kHopeless) {
-      continue;
-    }
-    hook.set_binormal(start.binormal);
-    look(observation, coils, start);
-    start.binormal = hook.binormal();
-    best = best == nullptr || start.cost < best->cost ? &start : best;
-  }
-  try_mirrored(hook, observation, coils, *best);
-  hook.set_binormal(best->binormal);
-  map_.set_rest(nullptr);
-  return best->cost;
-}
-
-// For a binormal that is held the shape of the coils needs no guess.
-void HookSearch::start_everywhere(RestHook& hook, const CoilObservations& coils) {
   const CubicBasis& basis = hook.beginning();
   const Eigen::Vector3d tangent = combine(C_coils_, basis.first, basis.first_derivative).normalized();
   const Eigen::Vector3d aside = tangent.unitOrthogonal();
-  const Eigen::Vector3d beside = tangent.cross(aside);
+  const double roll_rad = 2 * std::numbers::pi * start / kStarts;
+  hook.set_binormal(std::cos(roll_rad) * aside + std::sin(roll_rad) * tangent.cross(aside));
   bool converged = false;
-  for (int k = 0; k < kStarts; ++k) {
-    const double roll_rad = 2 * std::numbers::pi * k / kStarts;
-    Hypothesis& start = starts_[static_cast<std::size_t>(k)];
-    hook.set_binormal(std::cos(roll_rad) * aside + std::sin(roll_rad) * beside);
-    map_.solve_linear(coils, start.C);
-    map_.refine(coils, {}, nullptr, kCoilIterations, start.C, converged);
-    start.binormal = hook.binormal();
-    start.cost = map_.cost();
-  }
+  map_.solve_linear(coils, hooked_.C);
+  map_.refine(coils, {}, nullptr, kCoilIterations, hooked_.C, converged);
+  look(observation, coils, hooked_);
+  map_.set_rest(nullptr);
+  return hooked_.cost;
 }
 
 // Where the hypothesis has the tube in the images, twice, nearer each time.
@@ -115,24 +84,6 @@ void HookSearch::look(const Observation& observation, const CoilObservations& co
   }
   agreeing_ = figures_.image_inlier_ratio;
   hypothesis.cost = map_.cost() + kUnseenCost * views_.unseen_at_tip(observation.instant);
-}
-
-// One view shows how steep a hook is, but not whether toward the camera or away from it.
-void HookSearch::try_mirrored(RestHook& hook, const Observation& observation, const CoilObservations& coils,
-                              Hypothesis& best) {
-  const auto lines = views_.constraints(observation, 1, true);
-  const ViewConstraints* const view = view_of_tip(lines);
-  if (view == nullptr) {
-    return;
-  }
-  const double turn_mm = hook.shape().length_mm + kMirroredFrom_mm;
-  MirrorTest::mirror_before(turn_mm, {*view->camera, map_.spline(), turn_mm, best.cost}, best.C, mirrored_.C);
-  hook.set_binormal(-best.binormal);  // the fit takes it to where the mirrored shape has it
-  look(observation, coils, mirrored_);
-  mirrored_.binormal = hook.binormal();
-  if (mirrored_.cost < best.cost) {
-    std::swap(mirrored_, best);
-  }
 }
 
 }  // namespace tubed

@@ -26,9 +26,9 @@ class HookSearch {
   bool solve_straight(const Observation& observation, const CoilObservations& coils);
   [[nodiscard]] double straight_cost() const { return straight_.cost; }
 
-  /// The same with `hook`, whose binormal becomes that of the best shape. Precondition: solve_straight() was
-  /// true for the same instant.
-  double solve_with(RestHook& hook, const Observation& observation, const CoilObservations& coils);
+  /// The same with `hook` from one of kStarts directions of its binormal, which becomes that of the shape
+  /// found. Precondition: solve_straight() was true for the same instant.
+  double solve_with(RestHook& hook, int start, const Observation& observation, const CoilObservations& coils);
 
   /// Of the image: a line of the tip without a ridge within reach. A roll that looks at nothing would win
   /// otherwise. Lines are 2 mm apart and not independent.
@@ -38,15 +38,11 @@ class HookSearch {
  private:
   struct Hypothesis {
     Eigen::Matrix3Xd C;
-    Eigen::Vector3d binormal = Eigen::Vector3d::Zero();
     double cost = 0;
   };
 
   void soften_tip(int from_segment);
-  void start_everywhere(RestHook& hook, const CoilObservations& coils);
   void look(const Observation& observation, const CoilObservations& coils, Hypothesis& hypothesis);
-  void try_mirrored(RestHook& hook, const Observation& observation, const CoilObservations& coils,
-                    Hypothesis& best);
 
   EstimatorSettings settings_;
   TubeMap map_;
@@ -55,8 +51,7 @@ class HookSearch {
   TubeEstimate figures_;     ///< of images; nobody reads them
   Hypothesis straight_;
   Eigen::Matrix3Xd C_coils_;  ///< with a straight tip, of the coils alone
-  std::array<Hypothesis, kStarts> starts_;
-  Hypothesis mirrored_;
+  Hypothesis hooked_;
   float agreeing_ = 0;
 };
 

@@ -11,6 +11,7 @@ namespace {
 // Whoever does not know what was bent how gets these: with an opening that may be a quarter off, between
 // them lie the hooks of 6 to 40 mm.
 constexpr std::array<HookShape, 2> kGenericHooks{{{8, 14}, {16, 30}}};
+constexpr std::size_t kStartsEach = HookSearch::kStarts;
 constexpr double kAskEvery_s = 0.5;
 constexpr double kAskWhenKnown_s = 2;
 constexpr int kFewestAsked = 3;
@@ -52,6 +53,7 @@ TipShape::TipShape(const EstimatorSettings& settings, const InstrumentDescriptio
 void TipShape::reset() {
   std::fill(records_.begin(), records_.end(), Record{});
   active_.reset();
+  next_start_ = 0;
   if (configured_ == RestShape::kHook) active_ = 0;
   asked_ = newest_ = MonotonicTime{};
   tip_seen_.fill(MonotonicTime{});
@@ -63,11 +65,6 @@ bool TipShape::is_due(MonotonicTime instant) const {
                         (active_ || gain() < kDropped);
   return to_ns(asked_) == 0 || instant < asked_ ||
          seconds_between(asked_, instant) >= (is_known ? kAskWhenKnown_s : kAskEvery_s);
-}
-
-void TipShape::take_gain(Record& record, double gain) const {
-  ++record.asked;
-  record.mean_gain += (gain - record.mean_gain) * std::max(kMemory, 1.0 / record.asked);
 }
 
 std::optional<std::size_t> TipShape::likeliest() const {
@@ -83,23 +80,56 @@ double TipShape::gain() const {
   return best ? records_[*best].mean_gain : 0;
 }
 
+// So many starts at this image that a round takes kAskEvery_s: a whole round at one image of many would keep
+// its shape waiting.
+std::size_t TipShape::starts_now(MonotonicTime instant) const {
+  const std::size_t all = kStartsEach * hooks_.size();
+  if (to_ns(newest_) == 0) return all;
+  const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, 0.0, 1.0);
+  return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
+}
+
 bool TipShape::ask(const Observation& observation, const CoilObservations& coils) {
-  newest_ = std::max(newest_, observation.instant);
   // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
-  if (hooks_.empty() || !coils.hold_tip() || !is_due(observation.instant)) {
+  if (hooks_.empty() || !coils.hold_tip() || (next_start_ == 0 && !is_due(observation.instant))) {
+    newest_ = std::max(newest_, observation.instant);
     return false;
   }
+  const std::size_t starts = starts_now(observation.instant);
+  newest_ = std::max(newest_, observation.instant);
   if (!search_.solve_straight(observation, coils)) {
     return false;
   }
-  asked_ = observation.instant;
-  double newest_gain = 0;
-  for (std::size_t i = 0; i < hooks_.size(); ++i) {
-    const Eigen::Vector3d plane = hooks_[i].binormal();
-    const double gain = search_.straight_cost() - search_.solve_with(hooks_[i], observation, coils);
-    take_gain(records_[i], gain);
-    if (i == active_) hooks_[i].set_binormal(plane);  // that of the shape, which knows what was before
-    newest_gain = i == likeliest() ? gain : newest_gain;
+  if (next_start_ == 0) asked_ = observation.instant;
+  for (std::size_t i = 0; i < starts && next_start_ < kStartsEach * hooks_.size(); ++i, ++next_start_) {
+    try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation, coils);
+  }
+  if (next_start_ < kStartsEach * hooks_.size()) {
+    return false;
+  }
+  next_start_ = 0;
+  return decide();
+}
+
+// Each start against the straight tip of the same image; of a round the best.
+void TipShape::try_start(std::size_t which, int start, const Observation& observation,
+                         const CoilObservations& coils) {
+  RestHook& hook = hooks_[which];
+  Record& record = records_[which];
+  const Eigen::Vector3d plane = hook.binormal();
+  const double gain = search_.straight_cost() - search_.solve_with(hook, start, observation, coils);
+  if (start == 0 || gain > record.best_gain) {
+    record.best_gain = gain;
+    record.best_binormal = hook.binormal();
+  }
+  // That of a hook in use belongs to the shape, which knows what was before.
+  hook.set_binormal(which == active_ && record.asked > 0 ? plane : record.best_binormal);
+}
+
+bool TipShape::decide() {
+  for (Record& record : records_) {
+    ++record.asked;
+    record.mean_gain += (record.best_gain - record.mean_gain) * std::max(kMemory, 1.0 / record.asked);
   }
   const std::optional<std::size_t> best = likeliest();
   const Record& record = records_[*best];
@@ -108,7 +138,7 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
   if (configured_ == RestShape::kUnknown) {
     if (active_ && is_sure && record.mean_gain < kDropped) {
       active_.reset();
-    } else if (newest_gain > kAdoptedAtOnce || (is_sure && record.mean_gain > kAdopted)) {
+    } else if (record.best_gain > kAdoptedAtOnce || (is_sure && record.mean_gain > kAdopted)) {
       active_ = best;
     }
   } else if (configured_ == RestShape::kHook && is_sure) {

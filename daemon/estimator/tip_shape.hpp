@@ -56,11 +56,15 @@ class TipShape {
   /// What asking has brought for one hook.
   struct Record {
     double mean_gain = 0;
-    int asked = 0;
+    int asked = 0;         ///< rounds of all starts
+    double best_gain = 0;  ///< of this round
+    Eigen::Vector3d best_binormal = Eigen::Vector3d::UnitZ();
   };
 
   [[nodiscard]] bool is_due(MonotonicTime instant) const;
-  void take_gain(Record& record, double gain) const;
+  [[nodiscard]] std::size_t starts_now(MonotonicTime instant) const;
+  void try_start(std::size_t which, int start, const Observation& observation, const CoilObservations& coils);
+  bool decide();
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
   [[nodiscard]] bool is_seen_from_two_sides() const;
 
@@ -69,7 +73,8 @@ class TipShape {
   std::vector<RestHook> hooks_;  ///< those that are tried; of a configured one that alone
   std::vector<Record> records_;
   std::optional<std::size_t> active_;
-  MonotonicTime asked_{};
+  std::size_t next_start_ = 0;  ///< of this round, over all hooks; 0: none has begun
+  MonotonicTime asked_{};       ///< beginning of the newest round
   MonotonicTime newest_{};
   std::array<MonotonicTime, kMaxCameras> tip_seen_{};
   std::array<Eigen::Vector3d, kMaxCameras> sight_world_{};  ///< the view's axis

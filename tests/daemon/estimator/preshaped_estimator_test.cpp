@@ -87,10 +87,10 @@ TEST(PreshapedEstimator, WithTheModelAndACoilInTheHookTheTipIsFound) {
 }
 
 TEST(PreshapedEstimator, AHookThatNobodyToldOfIsFound) {
-  PreshapedBench straight({8, 14, 1}, 8, RestShape::kStraight);
-  PreshapedBench unknown({8, 14, 1}, 8, RestShape::kUnknown);
-  straight.measure_times(160);
-  unknown.measure_times(160);
+  PreshapedBench straight({8, 14, 3}, 6, RestShape::kStraight);
+  PreshapedBench unknown({8, 14, 3}, 6, RestShape::kUnknown);
+  straight.measure_times(200);
+  unknown.measure_times(200);
   EXPECT_GT(unknown.estimate->coefficient_count, 40U);
   EXPECT_LT(unknown.tip_error_mm(), 1.5);
   EXPECT_GT(straight.tip_error_mm(), 1.5 * unknown.tip_error_mm());
@@ -131,8 +131,8 @@ TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {
 }
 
 TEST(PreshapedEstimator, AResetForgetsTheHook) {
-  PreshapedBench bench({8, 14, 1}, 6, RestShape::kUnknown);
-  bench.measure_times(160);
+  PreshapedBench bench({8, 14, 3}, 6, RestShape::kUnknown);
+  bench.measure_times(200);
   ASSERT_GT(bench.estimate->coefficient_count, 40U);
   bench.estimator->reset();
   bench.measure_times(1);
