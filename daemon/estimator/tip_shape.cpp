@@ -84,7 +84,7 @@ double TipShape::gain() const {
 // its shape waiting.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
   const std::size_t all = kStartsEach * hooks_.size();
-  if (to_ns(newest_) == 0) return all;
+  if (to_ns(newest_) == 0) return 1;
   const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, 0.0, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
 }
@@ -171,10 +171,13 @@ bool TipShape::is_seen_from_two_sides() const {
 
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {
   if (!active_) {
+    const auto best = likeliest();
     if (configured_ == RestShape::kHook) return TipDoubt::kNoSuchHook;
     const bool is_far =
         !hooks_.empty() && coils.first_used_mm() > hooks_.front().shape().length_mm - kSeesTheHook_mm;
-    const bool is_undecided = gain() > (is_far && !is_seen_from_two_sides() ? kUndecidedFarCoil : kUndecided);
+    const bool is_sure = best && records_[*best].asked >= kFewestAsked;
+    const bool is_undecided =
+        is_far && !is_seen_from_two_sides() ? gain() > kUndecidedFarCoil : is_sure && gain() > kUndecided;
     return is_undecided ? TipDoubt::kUndecided : TipDoubt::kNone;
   }
   return is_held(coils) || is_seen_from_two_sides() ? TipDoubt::kNone : TipDoubt::kOneView;
