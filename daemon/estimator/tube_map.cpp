@@ -117,9 +117,12 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
   bending_ = Eigen::VectorXd::Ones(bending_node_count());
   bending_by_itself_ = bending_by_itself(spline_.coefficient_count() - 3);
   line_views_.reserve(kMaxCameras);
-  lines_.reserve(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
+  // Written once, so that no page of it is new to a real-time thread.
+  lines_.resize(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
+  lines_.clear();
   reserve_lines(lines_.capacity());
-  hook_weights_.reserve(RestHook::kMaxNodes);
+  hook_weights_.resize(RestHook::kMaxNodes);
+  hook_weights_.clear();
 }
 
 template <typename Sum>
