@@ -155,6 +155,7 @@ int run_daemon(const tubed::Configuration& configuration) {
   if (!configuration.shm.preview_folder.empty()) previews.emplace(configuration);
   tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
                            configuration.pipeline, outlet, previews ? &*previews : nullptr);
+  if (wants_real_time(configuration.pipeline)) tubed::populate_heap();
   for (const std::string& refusal : pipeline.start()) {
     spdlog::warn("{} (going on with default scheduling)", refusal);
   }

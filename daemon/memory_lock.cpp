@@ -4,6 +4,9 @@
 #include <sys/mman.h>
 
 #include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <string>
 #include <system_error>
 
 namespace tubed {
@@ -19,6 +22,19 @@ std::string lock_memory() {
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
   return {};
+}
+
+void populate_heap() {
+#ifdef MADV_POPULATE_WRITE
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    void *begin = nullptr, *end = nullptr;
+    if (line.ends_with("[heap]") && std::sscanf(line.c_str(), "%p-%p", &begin, &end) == 2) {
+      madvise(begin, static_cast<std::size_t>(static_cast<char*>(end) - static_cast<char*>(begin)),
+              MADV_POPULATE_WRITE);
+    }
+  }
+#endif
 }
 
 }  // namespace tubed

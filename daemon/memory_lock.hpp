@@ -11,4 +11,9 @@ namespace tubed {
 /// refused and what to do about it; empty when it was granted.
 std::string lock_memory();
 
+/// Gives every page of the heap its memory now, also of what is only reserved: a real-time thread must not be
+/// the first to write it. Called after lock_memory(), when everything those threads use has been made. Does
+/// nothing on kernels before 5.14, where such a page comes at its first use.
+void populate_heap();
+
 }  // namespace tubed

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/tube_end.hpp"
@@ -49,15 +50,6 @@ Sequence images_of(const Sequence& sequence, const SightingSearch& search, std::
     }
   }
   return images;
-}
-
-Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate) {
-  Eigen::Matrix3Xd C(3, static_cast<Eigen::Index>(estimate.coefficient_count));
-  for (Eigen::Index i = 0; i < C.cols(); ++i) {
-    C.col(i) =
-        Eigen::Map<const Eigen::Vector3d>(estimate.coefficients_mm[static_cast<std::size_t>(i)].data());
-  }
-  return C;
 }
 
 std::optional<TubeSighting> beside_coil(const Lines& lines, double s_mm) {

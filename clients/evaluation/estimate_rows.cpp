@@ -27,6 +27,11 @@ Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
 
 }  // namespace
 
+Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate) {
+  return Eigen::Map<const Eigen::Matrix3Xd>(estimate.coefficients_mm[0].data(), 3,
+                                            static_cast<Eigen::Index>(estimate.coefficient_count));
+}
+
 EstimatedShape shape_of(const TubeEstimate& estimate) {
   EstimatedShape shape;
   shape.validity = estimate.validity;
@@ -35,8 +40,7 @@ EstimatedShape shape_of(const TubeEstimate& estimate) {
   }
   const UniformCubicBSpline spline(static_cast<int>(estimate.coefficient_count),
                                    static_cast<double>(estimate.length_mm));
-  const Eigen::Map<const Eigen::Matrix3Xd> C(estimate.coefficients_mm[0].data(), 3,
-                                             spline.coefficient_count());
+  const Eigen::Matrix3Xd C = coefficients_of(estimate);
   const auto count = static_cast<Eigen::Index>(estimate.length_mm) + 1;
   shape.centreline.p_world_mm.resize(3, count);
   shape.sigma_world_mm.resize(3, count);

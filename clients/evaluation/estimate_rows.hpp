@@ -1,6 +1,7 @@
 // Estimates every 1 mm from the tip: as what is judged, and as rows of a file that estimates_csv.hpp reads.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <ostream>
 
@@ -11,6 +12,9 @@ namespace tubed {
 
 /// The centreline from the spline, covariances interpolated between the points; empty without a shape.
 EstimatedShape shape_of(const TubeEstimate& estimate);
+
+/// Coefficients of the spline as a matrix, 3 x coefficient_count, mm, world.
+Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate);
 
 /// The header line.
 void write_estimate_header(std::ostream& out);

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
 #include "daemon/image/band_likelihood.hpp"
 #include "daemon/image/measured_view.hpp"
@@ -52,15 +53,6 @@ void add_point(const Camera& camera, const Eigen::Vector3d& p_world_mm, double r
     tube.centreline_px.push_back(projection->p_image_px);
     tube.half_width_px.push_back(radius_mm * camera.calibration().fx / projection->depth_mm);
   }
-}
-
-Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate) {
-  Eigen::Matrix3Xd C(3, static_cast<Eigen::Index>(estimate.coefficient_count));
-  for (Eigen::Index i = 0; i < C.cols(); ++i) {
-    C.col(i) =
-        Eigen::Map<const Eigen::Vector3d>(estimate.coefficients_mm[static_cast<std::size_t>(i)].data());
-  }
-  return C;
 }
 
 UniformCubicBSpline spline_of(const TubeEstimate& estimate) {

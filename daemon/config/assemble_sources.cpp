@@ -53,6 +53,22 @@ void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
   }
 }
 
+// The roll of a hook is found in images, by the modes that fuse them.
+void warn_of_hooks_without_images(const CheckedTable& file, Problems& found) {
+  for (const CheckedTable& instrument : file.many("instrument")) {
+    if (instrument.get<std::string>("rest_shape") != "hook") continue;
+    const CheckedTable& owner = instrument.has("mode") ? instrument : file.one("estimator");
+    const auto mode = owner.get<std::string>("mode");
+    const bool fuses = mode == name_of(EstimatorMode::kJoint) || mode == name_of(EstimatorMode::kFilter);
+    if (!fuses || file.many("camera").empty()) {
+      found.push_back(
+          {instrument.at("rest_shape").position, instrument.path_of("rest_shape"),
+           fuses ? "without a camera nobody finds the hook's roll: the tip is taken for straight"
+                 : "mode \"" + mode + "\" takes every tip for straight; modes joint and filter do not"});
+    }
+  }
+}
+
 void warn_of_unused_tables(const CheckedTable& file, const std::vector<DriverDescription>& available,
                            Problems& found) {
   std::set<std::string> used{file.one("em").get<std::string>("driver")};
@@ -181,6 +197,7 @@ Problems warnings(const CheckedTable& file, const std::vector<DriverDescription>
   warn_of_unused_tables(file, available, found);
   warn_of_standing_cameras(file, found);
   warn_of_rounded_rotations(file, found);
+  warn_of_hooks_without_images(file, found);
   return found;
 }
 

@@ -23,8 +23,7 @@ constexpr double kStrainSlack = 4.5;  // as in RecursiveEstimator
 
 HookSearch::HookSearch(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                        const RoomDescription& room)
-    : settings_(settings),
-      map_(settings, instrument.length_mm),
+    : map_(settings, instrument.length_mm),
       views_(settings, instrument, room),
       bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_coils_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {
@@ -72,6 +71,11 @@ double HookSearch::solve_with(RestHook& hook, int start, const Observation& obse
   look(observation, coils, hooked_);
   map_.set_rest(nullptr);
   return hooked_.cost;
+}
+
+double HookSearch::between_tips_mm() const {
+  const CubicBasis tip = map_.spline().basis(0);
+  return combine(hooked_.C - straight_.C, tip.first, tip.value).norm();
 }
 
 // Where the hypothesis has the tube in the images, twice, nearer each time.

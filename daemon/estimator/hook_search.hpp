@@ -30,6 +30,9 @@ class HookSearch {
   /// found. Precondition: solve_straight() was true for the same instant.
   double solve_with(RestHook& hook, int start, const Observation& observation, const CoilObservations& coils);
 
+  /// How far the tip of the shape that solve_with() found last lies from that of the straight one, mm.
+  [[nodiscard]] double between_tips_mm() const;
+
   /// Of the image: a line of the tip without a ridge within reach. A roll that looks at nothing would win
   /// otherwise. Lines are 2 mm apart and not independent.
   static constexpr double kUnseenCost = 4;
@@ -44,7 +47,6 @@ class HookSearch {
   void soften_tip(int from_segment);
   void look(const Observation& observation, const CoilObservations& coils, Hypothesis& hypothesis);
 
-  EstimatorSettings settings_;
   TubeMap map_;
   TubeViews views_;
   Eigen::VectorXd bending_;  ///< factors of map_

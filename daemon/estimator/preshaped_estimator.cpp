@@ -46,7 +46,7 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
     active().reset();
   }
   active().estimate(observation, estimate);
-  if (estimate.is_image_instant && estimate.has_image) {
+  if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
     note_views(observation, estimate);
   }
   doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;

@@ -39,6 +39,10 @@ class RecursiveEstimator final : public RestShapedEstimator {
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
 
  private:
+  /// Of strain. Every instant adds its stiffness afresh, and images fix the outline; where the spline cannot
+  /// bend as the tube does, the printed weight of strain then turns the error into depth.
+  static constexpr double kStrainSlack = 4.5;
+
   /// How long a coil has contradicted the prediction.
   struct GatedCoil {
     int times = 0;
@@ -106,6 +110,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
                     TubeEstimate& estimate);
   void update_image(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
+  void leave_out_image(MonotonicTime instant, TubeEstimate& estimate);
   [[nodiscard]] double distance_from_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const;
   [[nodiscard]] Eigen::Vector3d off_coil_mm(const CoilObservation& coil, const Eigen::Matrix3Xd& C) const;
   int coils_of_a_snap(const Observation& observation, const CoilObservations& coils,

@@ -73,11 +73,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   test_mirrored(lines, coils, estimate);
   follow(state_.C);
   if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
-    images_ = ImageVerdict::kLost;
-    ++state_.images_without_tube;
-    views_.forget_instant(observation.instant);
-    estimate.has_image = false;
-    state_.C = C_before_;
+    leave_out_image(observation.instant, estimate);
     lines = {};
   }
   if (lines.empty()) {
@@ -110,6 +106,15 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   agreement_.observe(coils, {observation.instant, map_.spline(), state_.C, lines},
                      state_.noise.noise_position_mm(),
                      state_.noise.lasting_position_mm(settings_.sigma_position_mm));
+}
+
+// It shows something else: the prediction stays.
+void RecursiveEstimator::leave_out_image(MonotonicTime instant, TubeEstimate& estimate) {
+  images_ = ImageVerdict::kLost;
+  ++state_.images_without_tube;
+  views_.forget_instant(instant);
+  estimate.has_image = false;
+  state_.C = C_before_;
 }
 
 // Is it known so badly across itself that lines of the first reach may miss it?

@@ -35,13 +35,20 @@ RestHook::RestHook(const UniformCubicBSpline& spline, const HookShape& shape)
                         2 * segment + (kNodes[k] > 0.5 ? 1 : 0)});
     }
   }
+  weights_.assign(nodes_.size(), 1);
 }
 
 double RestHook::curvature_per_mm(double s_mm) const {
   return std::clamp((shape_.length_mm - s_mm) / kEdge_mm + 0.5, 0.0, 1.0) / shape_.radius_mm;
 }
 
-void RestHook::fit_binormal(const Eigen::Matrix3Xd& C, std::span<const double> weights) {
+void RestHook::weigh(double bending_q_per_mm, const Eigen::VectorXd& factors) {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    weights_[i] = nodes_[i].length_mm / (bending_q_per_mm * kSoftness * factors[nodes_[i].bending_node]);
+  }
+}
+
+void RestHook::fit_binormal(const Eigen::Matrix3Xd& C) {
   // r = sqrt(w) (zeta'' - kappa0 b x zeta') = sqrt(w) (zeta'' + kappa0 [zeta']x b) is linear in b.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
@@ -49,9 +56,9 @@ void RestHook::fit_binormal(const Eigen::Matrix3Xd& C, std::span<const double> w
     const Node& node = nodes_[i];
     const Eigen::Matrix3d by_b =
         node.curvature_per_mm * cross_with(combine(C, node.basis.first, node.basis.first_derivative));
-    information.noalias() += weights[i] * by_b.transpose() * by_b;
+    information.noalias() += weights_[i] * by_b.transpose() * by_b;
     pull.noalias() -=
-        weights[i] * by_b.transpose() * combine(C, node.basis.first, node.basis.second_derivative);
+        weights_[i] * by_b.transpose() * combine(C, node.basis.first, node.basis.second_derivative);
   }
   const Eigen::Vector3d tangent = combine(C, beginning_.first, beginning_.first_derivative);
   information.noalias() += tangent * tangent.transpose() / (kSigmaOfPlane * kSigmaOfPlane);

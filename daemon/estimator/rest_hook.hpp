@@ -2,12 +2,22 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
+#include "daemon/estimator/normal_equations.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
 
 namespace tubed {
+
+/// [v]x: cross_with(v) * w = v x w.
+inline Eigen::Matrix3d cross_with(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return matrix;
+}
 
 /// What a hook is: a circle over the last `length_mm` of the tube.
 struct HookShape {
@@ -20,6 +30,7 @@ struct HookShape {
 /// binormal of its plane (world, the same along the hook). The direction of b is the roll of the tube, which
 /// nobody measures, its length how far the hook is open (1: as made). Bilinear in b and the coefficients, so
 /// that there is neither an angle nor a frame to be carried. Memory is taken in the constructor.
+/// Called by the optimizer thread.
 class RestHook {
  public:
   /// A node of the integral of bending over the hook's segments.
@@ -34,8 +45,6 @@ class RestHook {
   static constexpr double kSigmaOfPlane = 0.03;    ///< of b . zeta' behind the hook: else it becomes a helix
   static constexpr double kSigmaOfOpening = 0.25;  ///< of |b| about 1
   static constexpr double kSoftness = 3;  ///< of bending_q_per_mm about the rest shape: hooks are not exact
-
-  static constexpr std::size_t kMaxNodes = 6 * 48;
 
   RestHook(const UniformCubicBSpline& spline, const HookShape& shape);
 
@@ -54,23 +63,82 @@ class RestHook {
   [[nodiscard]] const Eigen::Vector3d& binormal() const { return binormal_; }
   void set_binormal(const Eigen::Vector3d& binormal) { binormal_ = binormal; }
 
-  /// The binormal that costs least for the shape C (3 x n, mm, world) and weights 1 / q of bending at each
-  /// of nodes(): Gauss-Newton in three unknowns from where it is.
-  void fit_binormal(const Eigen::Matrix3Xd& C, std::span<const double> weights);
+  /// What follows weighs bending with ds / (q f) at each node: q of EstimatorSettings times kSoftness, f the
+  /// factors of TubeMap::set_bending().
+  void weigh(double bending_q_per_mm, const Eigen::VectorXd& factors);
+
+  /// The binormal that costs least for the shape C (3 x n, mm, world): Gauss-Newton in three unknowns from
+  /// where it is.
+  void fit_binormal(const Eigen::Matrix3Xd& C);
+
+  enum class Binormal {
+    kHeld,  ///< as it is
+    kFree   ///< an unknown that is eliminated, with two soft rows: SharedError's first three parts
+  };
+  /// Adds the residuals of bending over the hook's segments, linearised at C and the binormal, to
+  /// NormalEquations or CostSum:
+  ///   r = sqrt(w) (zeta'' - kappa0 b x zeta'),
+  ///   dr/dC_a = sqrt(w) (B''_a I - kappa0 B'_a [b]x),  dr/db = sqrt(w) kappa0 [zeta']x.
+  template <typename Sum>
+  void add_bending(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum) const {
+    if (binormal == Binormal::kFree) sum.begin_shared();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      add_node(nodes_[i], std::sqrt(weights_[i]), C, binormal, sum);
+    }
+    if (binormal == Binormal::kFree) {
+      add_plane(C, sum);
+      sum.end_shared();
+    }
+  }
 
  private:
+  using ByBinormal = Eigen::Matrix<double, 3, SharedError::kParts>;
+
+  template <typename Sum>
+  void add_node(const Node& node, double root_weight, const Eigen::Matrix3Xd& C, Binormal binormal,
+                Sum& sum) const {
+    const CubicBasis& basis = node.basis;
+    const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
+    const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
+    const Eigen::Vector3d residual =
+        root_weight * (second - node.curvature_per_mm * binormal_.cross(derivative));
+    NormalEquations::FourColumns J;
+    for (int a = 0; a < 4; ++a) {
+      const auto k = static_cast<std::size_t>(a);
+      J.middleCols<3>(3 * a) =
+          root_weight * (basis.second_derivative[k] * Eigen::Matrix3d::Identity() -
+                         node.curvature_per_mm * basis.first_derivative[k] * cross_with(binormal_));
+    }
+    if (binormal == Binormal::kHeld) {
+      sum.add_block(basis.first, J, residual);
+      return;
+    }
+    ByBinormal H = ByBinormal::Zero();
+    H.leftCols<3>() = root_weight * node.curvature_per_mm * cross_with(derivative);
+    sum.add_shared_block(basis.first, J, residual, H);
+  }
+
+  /// b lies across the tube where the hook begins, and is as long as the hook is open.
+  template <typename Sum>
+  void add_plane(const Eigen::Matrix3Xd& C, Sum& sum) const {
+    const Eigen::Vector3d tangent = combine(C, beginning_.first, beginning_.first_derivative);
+    SharedError::Parts by_b = SharedError::Parts::Zero();
+    by_b.head<3>() = tangent / kSigmaOfPlane;
+    const Eigen::Vector3d by_tangent = binormal_ / kSigmaOfPlane;
+    const double out_of_plane = binormal_.dot(tangent) / kSigmaOfPlane;
+    sum.add(beginning_.first, beginning_.first_derivative, by_tangent, out_of_plane);
+    sum.add_shared(beginning_.first, beginning_.first_derivative, by_tangent, out_of_plane, by_b);
+    const double opening = std::max(binormal_.norm(), 1e-6);
+    by_b.head<3>() = binormal_ / opening / kSigmaOfOpening;
+    sum.add_to_shared((opening - 1) / kSigmaOfOpening, by_b);
+  }
+
   HookShape shape_;
   int segment_count_;
   CubicBasis beginning_;
   std::vector<Node> nodes_;
+  std::vector<double> weights_;  ///< ds / (q f) at each of them
   Eigen::Vector3d binormal_ = Eigen::Vector3d::UnitZ();
 };
-
-/// [v]x: cross_with(v) * w = v x w.
-inline Eigen::Matrix3d cross_with(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
 
 }  // namespace tubed

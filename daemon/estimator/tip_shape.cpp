@@ -8,20 +8,22 @@ namespace tubed {
 
 namespace {
 
-// Whoever does not know what was bent how gets these: with an opening that may be a quarter off, between
-// them lie the hooks of 6 to 40 mm.
+// What is tried where the configuration says nothing. The opening of a hook is free by a quarter, so that
+// these two stand for those beside them.
 constexpr std::array<HookShape, 2> kGenericHooks{{{8, 14}, {16, 30}}};
 constexpr std::size_t kStartsEach = HookSearch::kStarts;
 constexpr double kAskEvery_s = 0.5;
 constexpr double kAskWhenKnown_s = 2;
-constexpr int kFewestAsked = 3;
-constexpr double kMemory = 0.15;       // share of the newest answer
-constexpr double kAdopted = 12;        // mean gain (chi^2) of a hook that is there
-constexpr double kAdoptedAtOnce = 25;  // by one answer
+constexpr int kMinRounds = 3;
+constexpr double kMemory = 0.15;  // share of the newest answer
+// Gains, chi^2 of the straight tip less that of the hook, means over rounds: measured with bench/tips.
+constexpr double kAdopted = 12;
+constexpr double kAdoptedAtOnce = 25;  // of two rounds
 constexpr double kDropped = 0;
 constexpr double kUndecided = 8;
 constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see the smallest hook
 constexpr double kSeesTheHook_mm = 3;    // from where it begins
+constexpr double kSameTip_mm = 2;        // which of the two it is then makes no difference
 constexpr double kNoSuchHook = -5;
 constexpr double kTwoSides_rad = 10 * M_PI / 180;
 constexpr double kSideKnownFor_s = 1.5;
@@ -61,7 +63,7 @@ void TipShape::reset() {
 
 bool TipShape::is_due(MonotonicTime instant) const {
   const bool is_known = std::all_of(records_.begin(), records_.end(),
-                                    [](const Record& record) { return record.asked >= kFewestAsked; }) &&
+                                    [](const Record& record) { return record.asked >= kMinRounds; }) &&
                         (active_ || gain() < kDropped);
   return to_ns(asked_) == 0 || instant < asked_ ||
          seconds_between(asked_, instant) >= (is_known ? kAskWhenKnown_s : kAskEvery_s);
@@ -83,7 +85,7 @@ double TipShape::gain() const {
 // So many starts at this image that a round takes kAskEvery_s: a whole round at one image of many would keep
 // its shape waiting.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
-  const std::size_t all = kStartsEach * hooks_.size();
+  const std::size_t all = solutions_of_a_round();
   if (to_ns(newest_) == 0) return 1;
   const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, 0.0, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
@@ -101,10 +103,15 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
     return false;
   }
   if (next_start_ == 0) asked_ = observation.instant;
-  for (std::size_t i = 0; i < starts && next_start_ < kStartsEach * hooks_.size(); ++i, ++next_start_) {
-    try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation, coils);
+  const std::size_t all = solutions_of_a_round();
+  for (std::size_t i = 0; i < starts && next_start_ < all; ++i, ++next_start_) {
+    if (next_start_ < kStartsEach * hooks_.size()) {
+      try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation, coils);
+    } else {
+      ask_again_if_by_far(next_start_ - kStartsEach * hooks_.size(), observation, coils);
+    }
   }
-  if (next_start_ < kStartsEach * hooks_.size()) {
+  if (next_start_ < all) {
     return false;
   }
   next_start_ = 0;
@@ -120,25 +127,58 @@ void TipShape::try_start(std::size_t which, int start, const Observation& observ
   const double gain = search_.straight_cost() - search_.solve_with(hook, start, observation, coils);
   if (start == 0 || gain > record.best_gain) {
     record.best_gain = gain;
+    record.best_start = start;
+    record.best_apart_mm = search_.between_tips_mm();
     record.best_binormal = hook.binormal();
   }
   // That of a hook in use belongs to the shape, which knows what was before.
   hook.set_binormal(which == active_ && record.asked > 0 ? plane : record.best_binormal);
 }
 
+// What an image that another tube crosses says by far, the next one does not.
+void TipShape::ask_again_if_by_far(std::size_t which, const Observation& observation,
+                                   const CoilObservations& coils) {
+  RestHook& hook = hooks_[which];
+  Record& record = records_[which];
+  if (record.best_gain < kAdoptedAtOnce) return;
+  const Eigen::Vector3d plane = hook.binormal();
+  const double gain =
+      search_.straight_cost() - search_.solve_with(hook, record.best_start, observation, coils);
+  record.best_gain = std::min(record.best_gain, gain);
+  hook.set_binormal(plane);
+}
+
+// One round alone says nothing.
+void TipShape::remember_round(Record& record) {
+  ++record.asked;
+  const auto& [last, last_but_one] = record.before;
+  if (record.asked == 1) {
+    record.gain = record.best_gain;
+  } else if (record.asked == 2) {
+    record.gain = std::min(record.best_gain, last);
+  } else {
+    record.gain = std::max(std::min(record.best_gain, last),
+                           std::min(std::max(record.best_gain, last), last_but_one));  // the middle one
+  }
+  const double share = std::max(kMemory, 1.0 / std::max(record.asked - 1, 1));
+  record.mean_gain += (record.gain - record.mean_gain) * share;
+  record.mean_apart_mm += (record.best_apart_mm - record.mean_apart_mm) * share;
+  record.before = {record.best_gain, last};
+}
+
 bool TipShape::decide() {
   for (Record& record : records_) {
-    ++record.asked;
-    record.mean_gain += (record.best_gain - record.mean_gain) * std::max(kMemory, 1.0 / record.asked);
+    remember_round(record);
   }
   const std::optional<std::size_t> best = likeliest();
   const Record& record = records_[*best];
   const std::optional<std::size_t> before = active_;
-  const bool is_sure = record.asked >= kFewestAsked;
+  const bool is_sure = record.asked >= kMinRounds;
   if (configured_ == RestShape::kUnknown) {
     if (active_ && is_sure && record.mean_gain < kDropped) {
       active_.reset();
-    } else if (record.best_gain > kAdoptedAtOnce || (is_sure && record.mean_gain > kAdopted)) {
+    } else if ((record.asked > 1 && record.gain > kAdoptedAtOnce) ||
+               (is_sure && record.mean_gain > kAdopted)) {
       active_ = best;
     }
   } else if (configured_ == RestShape::kHook && is_sure) {
@@ -169,17 +209,25 @@ bool TipShape::is_seen_from_two_sides() const {
   return false;
 }
 
+bool TipShape::is_undecided(const CoilObservations& coils) const {
+  if (hooks_.empty()) return false;
+  const bool is_far = coils.first_used_mm() > hooks_.front().shape().length_mm - kSeesTheHook_mm;
+  const bool is_blind = is_far && !is_seen_from_two_sides();
+  if (is_blind && next_start_ > 0 && records_.front().asked == 0) return true;  // of the first round
+  const double gain_asked = is_blind ? kUndecidedFarCoil : kUndecided;
+  const int rounds_asked = is_blind ? 1 : 2;
+  return std::any_of(records_.begin(), records_.end(), [=](const Record& record) {
+    return record.asked >= rounds_asked && record.mean_gain > gain_asked &&
+           record.mean_apart_mm > kSameTip_mm;
+  });
+}
+
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {
   if (!active_) {
-    const auto best = likeliest();
     if (configured_ == RestShape::kHook) return TipDoubt::kNoSuchHook;
-    const bool is_far =
-        !hooks_.empty() && coils.first_used_mm() > hooks_.front().shape().length_mm - kSeesTheHook_mm;
-    const bool is_sure = best && records_[*best].asked >= kFewestAsked;
-    const bool is_undecided =
-        is_far && !is_seen_from_two_sides() ? gain() > kUndecidedFarCoil : is_sure && gain() > kUndecided;
-    return is_undecided ? TipDoubt::kUndecided : TipDoubt::kNone;
+    return is_undecided(coils) ? TipDoubt::kUndecided : TipDoubt::kNone;
   }
+  if (records_[*active_].asked == 0) return TipDoubt::kNotLooked;
   return is_held(coils) || is_seen_from_two_sides() ? TipDoubt::kNone : TipDoubt::kOneView;
 }
 
@@ -187,6 +235,9 @@ void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, st
   const char* text = "";
   switch (doubt) {
     case TipDoubt::kNone:
+      break;
+    case TipDoubt::kNotLooked:
+      text = "the tip is a hook whose roll no image has shown yet: half a second of fluoroscopy shows it";
       break;
     case TipDoubt::kOneView:
       text =

@@ -16,14 +16,16 @@ namespace tubed {
 /// What speaks against the tip of a shape.
 enum class TipDoubt {
   kNone,
+  kNotLooked,  ///< a hook is configured, and no image has been asked for its roll yet
   kOneView,    ///< a hook that no coil lies in, seen from one side: its mirror image is as likely
-  kUndecided,  ///< straight or a hook, neither is clearly the likelier
+  kUndecided,  ///< straight or a hook, their tips are apart, and neither is clearly the likelier
   kNoSuchHook  ///< a hook is configured, and a straight tip explains coils and images better
 };
 
 /// Asks HookSearch now and then, remembers by how much a hook was the better explanation, and says which rest
 /// shape the shapes of this instrument are solved with. Evidence of one image repeats in the next one: gains
-/// are averaged, never added up. Called by the optimizer thread; memory is taken in the constructor.
+/// are averaged, never added up; what one round alone says counts for nothing. Called by the optimizer
+/// thread; memory is taken in the constructor.
 class TipShape {
  public:
   TipShape(const EstimatorSettings& settings, const InstrumentDescription& instrument,
@@ -41,7 +43,7 @@ class TipShape {
   [[nodiscard]] RestHook* rest() { return active_ ? &hooks_[*active_] : nullptr; }
   [[nodiscard]] const RestHook* rest() const { return active_ ? &hooks_[*active_] : nullptr; }
 
-  /// Does a coil that takes part lie in the hook, so that its side is known?
+  /// Does a used coil lie in the hook, so that its side is known?
   [[nodiscard]] bool is_held(const CoilObservations& coils) const;
 
   [[nodiscard]] TipDoubt doubt(const CoilObservations& coils) const;
@@ -56,16 +58,26 @@ class TipShape {
   /// What asking has brought for one hook.
   struct Record {
     double mean_gain = 0;
-    int asked = 0;         ///< rounds of all starts
-    double best_gain = 0;  ///< of this round
+    double mean_apart_mm = 0;        ///< its tip from that of the straight shape
+    int asked = 0;                   ///< rounds of all starts
+    double gain = 0;                 ///< what the newest rounds say together
+    double best_gain = 0;            ///< of this round
+    std::array<double, 2> before{};  ///< best_gain of the two rounds before, newest first
+    double best_apart_mm = 0;        ///< of this round's best
+    int best_start = 0;
     Eigen::Vector3d best_binormal = Eigen::Vector3d::UnitZ();
   };
 
   [[nodiscard]] bool is_due(MonotonicTime instant) const;
+  /// Every start of every hook, and the best of each once more.
+  [[nodiscard]] std::size_t solutions_of_a_round() const { return (HookSearch::kStarts + 1) * hooks_.size(); }
   [[nodiscard]] std::size_t starts_now(MonotonicTime instant) const;
   void try_start(std::size_t which, int start, const Observation& observation, const CoilObservations& coils);
+  void ask_again_if_by_far(std::size_t which, const Observation& observation, const CoilObservations& coils);
   bool decide();
+  static void remember_round(Record& record);
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
+  [[nodiscard]] bool is_undecided(const CoilObservations& coils) const;
   [[nodiscard]] bool is_seen_from_two_sides() const;
 
   RestShape configured_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "daemon/estimator/cost_sum.hpp"
 #include "daemon/model/dense_solver.hpp"
 
 namespace tubed {
@@ -13,57 +14,6 @@ constexpr double kNegligibleStep_mm = 1e-6;
 constexpr double kFirstDamping = 1e-6;
 // Gauss-Legendre with two points integrates the squares of each cubic piece's second derivative exactly.
 constexpr std::array<double, 2> kGaussNodes = {0.21132486540518713, 0.78867513459481287};
-
-/// Takes residuals as NormalEquations does and keeps their squares alone.
-class CostSum {
- public:
-  void add(int /*first*/, const std::array<double, 4>& /*weights*/, const Eigen::Vector3d& /*gradient*/,
-           double residual) {
-    cost_ += residual * residual;
-  }
-  void add_isotropic(int /*first*/, const std::array<double, 4>& /*weights*/, double /*scale*/,
-                     const Eigen::Vector3d& residual) {
-    cost_ += residual.squaredNorm();
-  }
-  void add_with(int /*first*/, const std::array<double, 4>& /*weights*/, const Eigen::Matrix3d& /*gradient*/,
-                int /*further*/, double /*further_scale*/, const Eigen::Vector3d& residual) {
-    cost_ += residual.squaredNorm();
-  }
-  void add_prior(const Eigen::MatrixXd& information, const Eigen::VectorXd& departure) {
-    for (Eigen::Index j = 0; j < departure.size(); ++j) {
-      cost_ += departure[j] * information.col(j).dot(departure);
-    }
-  }
-  void add_block(int /*first*/, const NormalEquations::FourColumns& /*J*/, const Eigen::Vector3d& residual) {
-    cost_ += residual.squaredNorm();
-  }
-  void add_shared_block(int /*first*/, const NormalEquations::FourColumns& /*J*/,
-                        const Eigen::Vector3d& residual,
-                        const Eigen::Matrix<double, 3, SharedError::kParts>& H) {
-    for (int part = 0; part < 3; ++part) {
-      shared_error_.add(H.row(part).transpose(), residual[part]);
-    }
-    cost_ += residual.squaredNorm();
-  }
-  void add_to_shared(double residual, const SharedError::Parts& shared) {
-    shared_error_.add(shared, residual);
-    cost_ += residual * residual;
-  }
-  void begin_shared() { shared_error_.clear(); }
-  void add_shared(int /*first*/, const std::array<double, 4>& /*weights*/,
-                  const Eigen::Vector3d& /*gradient*/, double residual, const SharedError::Parts& shared) {
-    shared_error_.add(shared, residual);
-  }
-  void end_shared() {
-    shared_error_.close();
-    cost_ -= shared_error_.y().squaredNorm();
-  }
-  [[nodiscard]] double cost() const { return cost_; }
-
- private:
-  double cost_ = 0;
-  SharedError shared_error_;
-};
 
 // How a residual goes with an error of the pose, in standard deviations: by w, then by v of PoseSigma.
 SharedError::Parts by_pose(const LineCamera& camera, const PoseSigma& sigma,
@@ -121,8 +71,6 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
   lines_.resize(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
   lines_.clear();
   reserve_lines(lines_.capacity());
-  hook_weights_.resize(RestHook::kMaxNodes);
-  hook_weights_.clear();
 }
 
 template <typename Sum>
@@ -169,7 +117,7 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
 }
 
 template <typename Sum>
-void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum) {
+void TubeMap::add_bending(const Eigen::Matrix3Xd& C, RestHook::Binormal binormal, Sum& sum) {
   // Eq. (13): the integral of |zeta''|^2 / q ds. A segment of length h has two nodes of weight h / 2; a
   // residual a node is sqrt(h / (2 q f)) zeta'', f the factor learnt there.
   const double usual = spline_.spacing_mm() / 2 / settings_.bending_q_per_mm;
@@ -181,71 +129,10 @@ void TubeMap::add_bending(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum
     sum.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
   }
   if (hook_ != nullptr) {
-    weigh_hook();
-    if (binormal == Binormal::kFree) hook_->fit_binormal(C, hook_weights_);
-    add_hook(C, binormal, sum);
+    hook_->weigh(settings_.bending_q_per_mm, bending_);
+    if (binormal == RestHook::Binormal::kFree) hook_->fit_binormal(C);
+    hook_->add_bending(C, binormal, sum);
   }
-}
-
-// ds / (q f) at each node of the hook.
-void TubeMap::weigh_hook() {
-  hook_weights_.clear();
-  for (const RestHook::Node& node : hook_->nodes()) {
-    hook_weights_.push_back(node.length_mm /
-                            (settings_.bending_q_per_mm * RestHook::kSoftness * bending_[node.bending_node]));
-  }
-}
-
-template <typename Sum>
-void TubeMap::add_hook(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum) const {
-  // r = sqrt(w) (zeta'' - kappa0 b x zeta'), dr/dC_a = sqrt(w) (B''_a I - kappa0 B'_a [b]x), dr/db = sqrt(w)
-  // kappa0 [zeta']x.
-  const Eigen::Vector3d b = hook_->binormal();
-  const bool is_free = binormal == Binormal::kFree;
-  const Eigen::Matrix3d by_tangent = -cross_with(b);
-  NormalEquations::FourColumns J;
-  Eigen::Matrix<double, 3, SharedError::kParts> H = Eigen::Matrix<double, 3, SharedError::kParts>::Zero();
-  if (is_free) sum.begin_shared();
-  for (std::size_t i = 0; i < hook_weights_.size(); ++i) {
-    const RestHook::Node& node = hook_->nodes()[i];
-    const CubicBasis& basis = node.basis;
-    const double weight = std::sqrt(hook_weights_[i]);
-    const Eigen::Vector3d tangent = combine(C, basis.first, basis.first_derivative);
-    const Eigen::Vector3d bent = node.curvature_per_mm * b.cross(tangent);
-    const Eigen::Vector3d residual = weight * (combine(C, basis.first, basis.second_derivative) - bent);
-    for (int a = 0; a < 4; ++a) {
-      const auto k = static_cast<std::size_t>(a);
-      J.middleCols<3>(3 * a) = weight * (basis.second_derivative[k] * Eigen::Matrix3d::Identity() +
-                                         node.curvature_per_mm * basis.first_derivative[k] * by_tangent);
-    }
-    if (is_free) {
-      H.leftCols<3>() = weight * node.curvature_per_mm * cross_with(tangent);
-      sum.add_shared_block(basis.first, J, residual, H);
-    } else {
-      sum.add_block(basis.first, J, residual);
-    }
-  }
-  if (is_free) {
-    add_plane_of_hook(C, sum);
-    sum.end_shared();
-  }
-}
-
-// b is across the tube where the hook begins, and as long as the hook is open.
-template <typename Sum>
-void TubeMap::add_plane_of_hook(const Eigen::Matrix3Xd& C, Sum& sum) const {
-  const Eigen::Vector3d b = hook_->binormal();
-  const CubicBasis& basis = hook_->beginning();
-  const Eigen::Vector3d tangent = combine(C, basis.first, basis.first_derivative);
-  SharedError::Parts by_b = SharedError::Parts::Zero();
-  by_b.head<3>() = tangent / RestHook::kSigmaOfPlane;
-  const Eigen::Vector3d by_tangent = b / RestHook::kSigmaOfPlane;
-  sum.add(basis.first, basis.first_derivative, by_tangent, b.dot(tangent) / RestHook::kSigmaOfPlane);
-  sum.add_shared(basis.first, basis.first_derivative, by_tangent, b.dot(tangent) / RestHook::kSigmaOfPlane,
-                 by_b);
-  const double opening = std::max(b.norm(), 1e-6);
-  by_b.head<3>() = b / opening / RestHook::kSigmaOfOpening;
-  sum.add_to_shared((opening - 1) / RestHook::kSigmaOfOpening, by_b);
 }
 
 template <typename Sum>
@@ -334,14 +221,14 @@ void TubeMap::add_measurements(const Measurements& measurements, const Eigen::Ma
 void TubeMap::linearise(const Measurements& measurements, const Eigen::Matrix3Xd& C) {
   equations_.clear();
   add_measurements(measurements, C, equations_);
-  add_bending(C, Binormal::kFree, equations_);
+  add_bending(C, RestHook::Binormal::kFree, equations_);
   add_strain(C, equations_);
 }
 
 double TubeMap::cost_at(const Measurements& measurements, const Eigen::Matrix3Xd& C) {
   CostSum sum;
   add_measurements(measurements, C, sum);
-  add_bending(C, Binormal::kFree, sum);
+  add_bending(C, RestHook::Binormal::kFree, sum);
   add_strain(C, sum);
   return sum.cost();
 }
@@ -363,7 +250,7 @@ bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
                                coil.tangent_world * tangent_weight);
     }
   }
-  add_bending(C, Binormal::kHeld, equations_);
+  add_bending(C, RestHook::Binormal::kHeld, equations_);
   if (!equations_.solve(0, step_)) {
     return false;
   }

@@ -166,14 +166,8 @@ class TubeMap {
   void add_coils(const CoilObservations& coils, const Eigen::Matrix3Xd& C, Sum& sum) const;
   template <typename Sum>
   void add_coil(const CoilObservation& coil, int index, const Eigen::Matrix3Xd& C, Sum& sum) const;
-  enum class Binormal { kHeld, kFree };
   template <typename Sum>
-  void add_bending(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum);
-  template <typename Sum>
-  void add_hook(const Eigen::Matrix3Xd& C, Binormal binormal, Sum& sum) const;
-  template <typename Sum>
-  void add_plane_of_hook(const Eigen::Matrix3Xd& C, Sum& sum) const;
-  void weigh_hook();
+  void add_bending(const Eigen::Matrix3Xd& C, RestHook::Binormal binormal, Sum& sum);
   template <typename Sum>
   void add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const;
   template <typename Sum>
@@ -202,7 +196,6 @@ class TubeMap {
   double strain_sigma_factor_ = 1;
   double cost_ = 0;  ///< of what refine() found last
   RestHook* hook_ = nullptr;
-  std::vector<double> hook_weights_;  ///< 1 / q times the length, of each of its nodes
 };
 
 }  // namespace tubed

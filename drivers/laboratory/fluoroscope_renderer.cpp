@@ -133,7 +133,9 @@ FluoroscopeRenderer::FluoroscopeRenderer(const CameraCalibration& camera, const 
       normal_integral_(normal_integral_table()),
       picture_(background_.size()),
       coverage_(background_.size(), 0.0F) {
-  covered_.reserve(background_.size());
+  // Written once, so that no page of it is new to a real-time thread.
+  covered_.resize(background_.size());
+  covered_.clear();
   std::size_t longest = 0;
   for (const InstrumentDescription& instrument : world.room().instruments) {
     longest = std::max(longest, outline_points(instrument.length_mm));

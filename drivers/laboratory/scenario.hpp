@@ -26,6 +26,9 @@ struct TimeSpan {
   [[nodiscard]] bool contains(double t_s) const { return t_s >= from_s && t_s < until_s; }
 };
 
+/// What the presets' views look at, world: the arch is in the upper third of the image.
+inline const Eigen::Vector3d kViewCentre_mm(0, 0, -75);
+
 /// What is around the catheter in the pictures.
 enum class Body {
   kThorax,  ///< a patient's chest

@@ -302,6 +302,23 @@ TEST(Assemble, RealSourcesBesideInventedOnesAreAllowedAndSaid) {
       << configuration.warnings[0];
 }
 
+TEST(Assemble, AHookWhoseRollNobodyWillFindIsAllowedAndSaid) {
+  const auto warnings_with = [](const std::string& mode) {
+    return parse_configuration(base_with("diameter_mm = 2.33",
+                                         "diameter_mm = 2.33\nrest_shape = \"hook\"\nhook_radius_mm = 8\n"
+                                         "hook_length_mm = 14\nmode = \"" +
+                                             mode + "\""),
+                               "room.toml")
+        .warnings;
+  };
+  EXPECT_TRUE(warnings_with("filter").empty());
+  EXPECT_TRUE(warnings_with("joint").empty());
+  ASSERT_EQ(warnings_with("em").size(), 1U);
+  EXPECT_NE(warnings_with("em")[0].find("instrument[0].rest_shape: mode \"em\" takes every tip for straight"),
+            std::string::npos)
+      << warnings_with("em")[0];
+}
+
 TEST(Assemble, TwoInstrumentsOnOneSensorAreAllowedAndSaid) {
   const Configuration configuration = parse_configuration(
       base() + "[[instrument]]\nid = \"cath-2\"\n[[instrument.coil]]\nsensor = 2\noffset_from_tip_mm = 5\n",

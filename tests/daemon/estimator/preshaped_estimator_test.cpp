@@ -40,7 +40,7 @@ struct PreshapedBench {
       Observation observation;
       observation.instant = observation.now = now;
       observation.em = history.get();
-      observation.is_image_instant = seed % 4 == 0;
+      observation.is_image_instant = with_images && seed % 4 == 0;
       if (observation.is_image_instant) {
         newest_image = now;
         for (std::size_t view = 0; view < room.cameras.size(); ++view) {
@@ -72,6 +72,7 @@ struct PreshapedBench {
   MonotonicTime newest_image{};
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
+  bool with_images = true;
 };
 
 TEST(PreshapedEstimator, WithTheModelAndACoilInTheHookTheTipIsFound) {
@@ -94,6 +95,15 @@ TEST(PreshapedEstimator, AHookThatNobodyToldOfIsFound) {
   EXPECT_GT(unknown.estimate->coefficient_count, 40U);
   EXPECT_LT(unknown.tip_error_mm(), 1.5);
   EXPECT_GT(straight.tip_error_mm(), 1.5 * unknown.tip_error_mm());
+}
+
+TEST(PreshapedEstimator, AHookThatNobodyToldOfIsDoubtedOrNearEnough) {
+  for (const double roll_rad : {0.0, 0.8, 1.6, 3.0, 4.5}) {
+    PreshapedBench bench({8, 14, roll_rad}, 6, RestShape::kUnknown);
+    bench.measure_times(120);
+    const bool is_believed = bench.estimate->validity == Validity::kValid;
+    EXPECT_TRUE(!is_believed || bench.tip_error_mm() < 3) << roll_rad << ' ' << bench.tip_error_mm();
+  }
 }
 
 TEST(PreshapedEstimator, OfAStraightTipNothingChanges) {
@@ -119,6 +129,17 @@ TEST(PreshapedEstimator, WithoutACoilInTheHookOneViewIsDoubtedAndTwoAreNot) {
   two.measure_times(120);
   EXPECT_EQ(two.estimate->validity, Validity::kValid) << two.words();
   EXPECT_LT(two.tip_error_mm(), 1.5);
+}
+
+TEST(PreshapedEstimator, BeforeAnImageNobodyKnowsTheRollOfAHook) {
+  PreshapedBench bench({8, 14, 1}, 6, RestShape::kHook);
+  bench.with_images = false;
+  bench.measure_times(60);
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+  EXPECT_NE(bench.words().find("no image has shown yet"), std::string::npos) << bench.words();
+  bench.with_images = true;
+  bench.measure_times(60);
+  EXPECT_EQ(bench.estimate->validity, Validity::kValid) << bench.words();
 }
 
 TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {

@@ -30,6 +30,11 @@ Eigen::Matrix3Xd fitted(const HookedTube& tube) {
   return rows.householderQr().solve(points).transpose();
 }
 
+/// Every node as much as a millimetre of tube with this 1 / q does.
+void weigh_all(double weight_per_mm, RestHook& hook) {
+  hook.weigh(1 / weight_per_mm, Eigen::VectorXd::Ones(2 * hook.segment_count()));
+}
+
 TEST(RestHook, ItsCurvatureTurnsTheTubeByItsAngle) {
   for (const HookShape& shape : {HookShape{8, 14}, HookShape{16, 30}, HookShape{30, 40}}) {
     const RestHook hook(spline(), shape);
@@ -50,10 +55,10 @@ TEST(RestHook, TheBinormalOfAShapeIsFoundFromAnywhere) {
     const HookedTube tube{16, 30, roll_rad};
     const Eigen::Matrix3Xd C = fitted(tube);
     RestHook hook(spline(), {16, 30});
-    const std::vector<double> weights(hook.nodes().size(), 1e4);
+    weigh_all(1e4, hook);
     for (const Eigen::Vector3d& from : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0.2)}) {
       hook.set_binormal(from);
-      hook.fit_binormal(C, weights);
+      hook.fit_binormal(C);
       EXPECT_GT(hook.binormal().normalized().dot(tube.binormal()), std::cos(0.05)) << roll_rad;
       EXPECT_NEAR(hook.binormal().norm(), 1, 0.1) << roll_rad;
     }
@@ -63,8 +68,8 @@ TEST(RestHook, TheBinormalOfAShapeIsFoundFromAnywhere) {
 TEST(RestHook, ItsLengthIsHowFarTheHookIsOpen) {
   const Eigen::Matrix3Xd C = fitted({16 / 0.7, 30, 1});  // of 70 % of the curvature that it was made with
   RestHook hook(spline(), {16, 30});
-  const std::vector<double> weights(hook.nodes().size(), 1e6);
-  hook.fit_binormal(C, weights);
+  weigh_all(1e6, hook);
+  hook.fit_binormal(C);
   EXPECT_NEAR(hook.binormal().norm(), 0.7, 0.05);
 }
 
