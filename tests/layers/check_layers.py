@@ -38,6 +38,7 @@ ROWS = {
     "daemon": 6,
     "clients/exporter": 6, "clients/view": 6, "clients/evaluation": 6,
     "clients/calibration": 6.5,
+    "clients/dicom": 6,
     "clients/tubectl": 7,
 }
 DEVICE_ROW = 2

@@ -1,5 +1,5 @@
-// tubectl grab: a frame grabber made of a sequence folder, or of a capture card; writes its images into
-// shared memory in real time.
+// tubectl grab: a frame grabber made of a sequence folder, a DICOM run, or a capture card; writes its images
+// into shared memory in real time.
 #include <grp.h>
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include <string>
 
 #include "clients/cpp/shm_image_writer.hpp"
+#include "clients/tubectl/run/grab_dicom.hpp"
 #include "clients/tubectl/run/grab_video.hpp"
+#include "clients/tubectl/run/grab_view.hpp"
 #include "clients/tubectl/run/setting_options.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
@@ -25,6 +27,8 @@ namespace {
 struct GrabArguments {
   std::string folder;
   std::string video;   // device; empty: the folder is played
+  std::string dicom;   // run; empty: the folder is played
+  double rate_hz = 0;  // of the run; 0: as it says
   std::string camera;  // empty: the first
   std::string socket;
   std::string group;
@@ -34,7 +38,6 @@ struct GrabArguments {
 };
 
 constexpr std::int64_t kMemoryLimitMb = 2048;
-constexpr std::chrono::milliseconds kBeat{50};
 
 volatile std::sig_atomic_t g_asked_to_end = 0;
 
@@ -59,65 +62,6 @@ std::optional<gid_t> group_id(const std::string& name) {
     throw ShmError("this system has no group '" + name + "'");
   }
   return found->gr_gid;
-}
-
-template <std::size_t count>
-void copy_to(float (&to)[count], const std::array<double, count>& from) {
-  std::transform(from.begin(), from.end(), to, [](double value) { return static_cast<float>(value); });
-}
-
-void describe(const ViewGeometry& geometry, tubed_shm_image& described) {
-  described.geometry = TUBED_SHM_GEOMETRY;
-  described.fx = static_cast<float>(geometry.fx);
-  described.fy = static_cast<float>(geometry.fy);
-  described.cx = static_cast<float>(geometry.cx);
-  described.cy = static_cast<float>(geometry.cy);
-  copy_to(described.q_camera_world, geometry.q_camera_world);
-  copy_to(described.t_camera_world_mm, geometry.t_camera_world_mm);
-  copy_to(described.sigma_rotation_rad, geometry.sigma.rotation_rad);
-  copy_to(described.sigma_translation_mm, geometry.sigma.translation_mm);
-  described.pivot_depth_mm = static_cast<float>(geometry.sigma.pivot_depth_mm);
-}
-
-/// As the recording has them: the exposure is when the sequence says, and no setting makes a device of it.
-tubed_shm_image image_of(const SequenceFrame& row, const GreyImage& image, const Playhead& playhead,
-                         std::uint32_t numbers_a_lap) {
-  tubed_shm_image described{};
-  described.exposure_ns = to_ns(playhead.due());
-  described.frame_number = row.frame + playhead.lap() * numbers_a_lap;
-  described.origin = TUBED_SHM_REPLAYED;
-  described.fluoroscopy_on = row.fluoroscopy_on() ? 1 : 0;
-  described.depth_bits = image.depth == PixelDepth::kGrey8 ? 8 : 16;
-  described.width = static_cast<std::uint32_t>(image.width);
-  described.height = static_cast<std::uint32_t>(image.height);
-  if (row.geometry) {
-    describe(*row.geometry, described);
-  }
-  return described;
-}
-
-bool is_asked_to_end(MonotonicTime end) { return g_asked_to_end != 0 || monotonic_now() >= end; }
-
-/// Each image when it is due, copied once, from the decoded recording into the shared memory. How many.
-std::uint64_t write_all(const ReplayedView& view, Playhead playhead, ShmImageWriter& writer,
-                        MonotonicTime end) {
-  std::uint32_t numbers_a_lap = 1;
-  for (const SequenceFrame& row : view.rows) {
-    numbers_a_lap = std::max(numbers_a_lap, row.frame + 1);
-  }
-  std::uint64_t written = 0;
-  while (!playhead.ended() && !is_asked_to_end(end)) {
-    if (!sleep_until(playhead.due(), monotonic_now() + kBeat)) {
-      writer.beat();
-      continue;
-    }
-    playhead.skip_overtaken(monotonic_now());
-    const GreyImage& image = view.images[playhead.row()];
-    const tubed_shm_image described = image_of(view.rows[playhead.row()], image, playhead, numbers_a_lap);
-    written += writer.put(described, image.pixels.data()) ? 1 : 0;
-    playhead.advance();
-  }
-  return written;
 }
 
 MonotonicTime end_of(const GrabArguments& arguments) {
@@ -156,16 +100,32 @@ int grab(const GrabArguments& arguments) {
       {{"loop", arguments.loop}, {"start_monotonic_ns", arguments.start_monotonic_ns}});
   std::cerr << "tubectl: camera " << camera << ' ' << calibration.width << " x " << calibration.height
             << " at " << arguments.socket << '\n';
-  return told(write_all(view, playhead_over(view.rows, folder, settings), writer, end_of(arguments)));
+  return told(write_view(view, playhead_over(view.rows, folder, settings), writer, end_of(arguments),
+                         g_asked_to_end));
+}
+
+int grab_run(const GrabArguments& arguments) {
+  return told(grab_dicom({.run = arguments.dicom,
+                          .rate_hz = arguments.rate_hz,
+                          .camera = arguments.camera.empty() ? "A" : arguments.camera,
+                          .socket = arguments.socket,
+                          .group = group_id(arguments.group),
+                          .start_monotonic_ns = arguments.start_monotonic_ns,
+                          .loop = arguments.loop,
+                          .end = end_of(arguments)},
+                         g_asked_to_end));
 }
 
 int run_grab(const GrabArguments& arguments, const DriverSettings& video) {
-  if (arguments.folder.empty() == arguments.video.empty()) {
-    refuse_usage("grab", "expected a SEQUENCE or --video");
+  const std::initializer_list<const std::string*> sources{&arguments.folder, &arguments.video,
+                                                          &arguments.dicom};
+  if (std::count_if(sources.begin(), sources.end(), [](const auto* given) { return !given->empty(); }) != 1) {
+    refuse_usage("grab", "expected a SEQUENCE, --video or --dicom, one of them");
   }
   std::signal(SIGINT, [](int) { g_asked_to_end = 1; });
   std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });
   try {
+    if (!arguments.dicom.empty()) return grab_run(arguments);
     return arguments.video.empty() ? grab(arguments) : grab_card(arguments, video);
   } catch (const std::exception& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
@@ -178,14 +138,21 @@ int run_grab(const GrabArguments& arguments, const DriverSettings& video) {
 CommandLine add_grab(CommandLine app, int& exit_code) {
   auto arguments = std::make_shared<GrabArguments>();
   CommandLine verb = app.add_subcommand(
-      "grab", "Write the images of a capture card, or of a sequence folder, into shared memory in real time");
+      "grab",
+      "Write the images of a capture card, of a DICOM run, or of a sequence folder, into shared memory in "
+      "real time");
   verb.add_option("SEQUENCE", arguments->folder,
                   "Sequence folder, format 1: played as a frame grabber would");
   verb.add_option("--video", arguments->video, "Capture card or USB grabber, such as /dev/video0");
+  verb.add_option("--dicom", arguments->dicom,
+                  "Fluoroscopic run, XA or RF: a multi-frame file, or the folder of a series");
+  verb.add_option("--rate", arguments->rate_hz, "With --dicom: images a second")
+      .positive()
+      .default_str("as the run says");
   verb.add_option("--socket", arguments->socket, "Path of the socket: `device` of the daemon's [[camera]]")
       .required();
   verb.add_option("--camera", arguments->camera,
-                  "Camera of the sequence, or of the daemon that gets the card's images")
+                  "Camera of the sequence, or of the daemon that gets the images of card or run")
       .default_str("the sequence's first; A");
   verb.add_option("--group", arguments->group, "Group whose members may read").default_str("none");
   verb.add_option("--start-monotonic-ns", arguments->start_monotonic_ns,

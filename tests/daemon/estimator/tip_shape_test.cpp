@@ -24,15 +24,12 @@ struct TipBench {
   }
 
   /// The next image, `later_s` after the one before it.
-  bool ask(double later_s = 0.6) { return ask_showing(tube, later_s); }
-
-  /// Coils of the tube, and an image of another one.
-  bool ask_showing(const HookedTube& shown, double later_s = 0.6) {
+  bool ask(double later_s = 0.6) {
     now += std::chrono::nanoseconds(static_cast<std::int64_t>(later_s * 1e9));
     const EmFrame frame = measure_hooked(tube, room, now, 0.5, 0.005, ++seed);
     history->add(frame);
     coils = observe_coils(&frame, *history, room.instruments.front(), room.T_world_em, 150'000'000);
-    image = shown.length_mm == 0 ? image_of_arc(room, now) : image_of_hooked(shown, room, now);
+    image = tube.length_mm == 0 ? image_of_arc(room, now) : image_of_hooked(tube, room, now);
     Observation observation;
     observation.instant = observation.now = observation.newest_image = now;
     observation.is_image_instant = true;
@@ -75,15 +72,90 @@ TEST(TipShape, AStraightTipStaysStraight) {
   }
 }
 
-TEST(TipShape, OneImageAloneDecidesNothing) {
-  TipBench bench(kStraight, 8);
-  for (int i = 0; i < 2; ++i) bench.ask();
-  const double gain_before = bench.shape->gain();
-  EXPECT_FALSE(bench.ask_showing({8, 14, 3}));  // as when another tube lies across the tip
-  EXPECT_FALSE(bench.ask());
+constexpr HookedTube kHook{8, 14, 3};
+constexpr HookedTube kTightHook{6, 14, 0};
+
+TEST(TipShape, OneRoundAloneDecidesNothing) {
+  TipBench bench(kTightHook, 4);
+  for (int i = 0; i < 2; ++i) bench.ask();  // the first begins a round
+  EXPECT_GT(bench.shape->gain(), 25);
+  EXPECT_EQ(bench.shape->rest(), nullptr);
+  bench.tube = kStraight;  // as when the instant before was led astray
+  bench.ask();
+  EXPECT_LT(bench.shape->gain(), 8);
+  EXPECT_EQ(bench.shape->rest(), nullptr);
+  bench.tube = kTightHook;
+  for (int i = 0; i < 3; ++i) bench.ask();
+  EXPECT_NE(bench.shape->rest(), nullptr);
+}
+
+/// Images 0.1 s apart: a round takes six of them, and the last two ask for the best starts once more.
+TEST(TipShape, WhatTheNextImageDoesNotSayIsForgotten) {
+  TipBench bench(kTightHook, 4);
+  int images = 0;
+  while (bench.shape->gain() == 0 && images < 12) bench.ask(0.1), ++images;
+  TipBench again(kTightHook, 4);
+  for (int i = 0; i + 2 < images; ++i) again.ask(0.1);
+  again.tube = kStraight;
+  for (int i = 0; i < 2; ++i) again.ask(0.1);
+  EXPECT_GT(bench.shape->gain(), 25);
+  EXPECT_LT(again.shape->gain(), 8);
+}
+
+TEST(TipShape, WhereBothEndAtTheSamePlaceNothingIsDoubted) {
+  TipBench bench({20, 40, 1.5}, 10);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  EXPECT_GT(bench.shape->gain(), 8);
   EXPECT_EQ(bench.shape->rest(), nullptr);
   EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNone);
-  EXPECT_LT(bench.shape->gain(), std::max(gain_before, 0.0) + 5);
+}
+
+TEST(TipShape, ATipThatNoCoilSeesIsDoubtedForLess) {
+  TipBench bench({30, 40, 1.5}, 15);
+  for (int i = 0; i < 6; ++i) bench.ask();
+  EXPECT_GT(bench.shape->gain(), 0);
+  EXPECT_LT(bench.shape->gain(), 8);
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kUndecided);
+}
+
+TEST(TipShape, UntilTheFirstRoundIsOverATipBeyondTheCoilsIsDoubted) {
+  TipBench bench(kStraight, 15);
+  bench.ask(0.1);
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kUndecided);
+  TipBench held(kStraight, 8);
+  held.ask(0.1);
+  EXPECT_EQ(held.shape->doubt(held.coils), TipDoubt::kNone);
+  for (int i = 0; i < 8; ++i) bench.ask(0.1);
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNone);
+}
+
+TEST(TipShape, AHookThatIsGoneIsDropped) {
+  TipBench bench(kHook, 6);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  ASSERT_NE(bench.shape->rest(), nullptr);
+  bench.tube = kStraight;
+  for (int i = 0; i < 30; ++i) bench.ask(2.1);
+  EXPECT_EQ(bench.shape->rest(), nullptr);
+}
+
+TEST(TipShape, TwoSidesAreTenDegreesApartAndOfTheSameSecond) {
+  TipBench bench({8, 14, 1}, 15, RestShape::kHook);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  ASSERT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kOneView);
+  const auto looking = [](double deg) {
+    const double rad = deg * M_PI / 180;
+    return Eigen::Vector3d(std::sin(rad), 0, std::cos(rad));
+  };
+  const auto doubt_with = [&](double deg, double ago_s) {
+    bench.shape->note_view(1, bench.now - std::chrono::milliseconds(static_cast<int>(1000 * ago_s)),
+                           looking(deg));
+    bench.shape->note_view(0, bench.now, looking(0));
+    return bench.shape->doubt(bench.coils);
+  };
+  EXPECT_EQ(doubt_with(5, 0), TipDoubt::kOneView);
+  EXPECT_EQ(doubt_with(15, 0), TipDoubt::kNone);
+  EXPECT_EQ(doubt_with(15, 1), TipDoubt::kNone);
+  EXPECT_EQ(doubt_with(15, 3), TipDoubt::kOneView);
 }
 
 TEST(TipShape, OneViewOfAHookWithoutACoilInItIsDoubted) {
