@@ -36,6 +36,21 @@ def png(pixels, width, height):
             + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
 
 
+def rows_of(picture):
+    """The grey levels of a PNG that png() made, row by row."""
+    at, packed = 8, b""
+    while at < len(picture):
+        size, kind = struct.unpack_from(">I", picture, at)[0], picture[at + 4:at + 8]
+        body = picture[at + 8:at + 8 + size]
+        if kind == b"IHDR":
+            width, height = struct.unpack_from(">II", body)
+        elif kind == b"IDAT":
+            packed += body
+        at += 12 + size
+    raw = zlib.decompress(packed)
+    return [raw[y * (width + 1) + 1:(y + 1) * (width + 1)] for y in range(height)]  # no row is filtered
+
+
 def _image(t_s, noise, width, height):
     """Darker where the catheter is."""
     normal = statistics.NormalDist(0, PIXEL_NOISE)

@@ -36,10 +36,10 @@ def configuration_of(bed, folder, images, start_ns=None, loop=False):
 class Grabber:
     """A tubectl grab, which ends with the bed."""
 
-    def __init__(self, bed, folder, *arguments):
+    def __init__(self, bed, recording, *arguments, option=None):
         self.log = bed.folder / "tubed-grab.log"
         with open(self.log, "ab") as sink:
-            self.process = subprocess.Popen([bed.program("tubectl"), "grab", str(folder), "--socket", str(bed.folder / "image-A.sock"),
+            self.process = subprocess.Popen([bed.program("tubectl"), "grab", *([option] if option else []), str(recording), "--socket", str(bed.folder / "image-A.sock"),
                                              *arguments], stdout=sink, stderr=sink, stdin=subprocess.DEVNULL)
         bed.closing.callback(self.kill)
 

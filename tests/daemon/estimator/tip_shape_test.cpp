@@ -75,6 +75,25 @@ TEST(TipShape, AStraightTipStaysStraight) {
 constexpr HookedTube kHook{8, 14, 3};
 constexpr HookedTube kTightHook{6, 14, 0};
 
+TEST(TipShape, WhateverItsRollATightHookIsFound) {
+  for (const double roll_rad : {0.0, 0.8, 1.5, 2.2, 3.0, 3.8, 4.5, 5.3}) {
+    TipBench bench({6, 14, roll_rad}, 4);
+    for (int i = 0; i < 4; ++i) bench.ask();
+    ASSERT_NE(bench.shape->rest(), nullptr) << roll_rad;
+    EXPECT_GT(bench.shape->rest()->binormal().normalized().dot(bench.tube.binormal()), std::cos(0.4))
+        << roll_rad;
+  }
+}
+
+TEST(TipShape, AThirdRoundThatSaysOtherwiseCountsForNothing) {
+  TipBench bench(kStraight, 4);
+  for (int i = 0; i < 3; ++i) bench.ask();  // the first begins a round
+  bench.tube = kTightHook;
+  bench.ask();
+  EXPECT_LT(bench.shape->gain(), 8);
+  EXPECT_EQ(bench.shape->rest(), nullptr);
+}
+
 TEST(TipShape, OneRoundAloneDecidesNothing) {
   TipBench bench(kTightHook, 4);
   for (int i = 0; i < 2; ++i) bench.ask();  // the first begins a round
