@@ -208,6 +208,41 @@ VESSELS = {
 }
 
 
+def element(group, number, kind, value):
+    value += b" " if len(value) % 2 else b""
+    length = struct.pack("<HI", 0, len(value)) if kind in (b"OW", b"OB") else struct.pack("<H", len(value))
+    return struct.pack("<HH", group, number) + kind + length + value
+
+
+def dicom(bits=16, meaning=b"MONOCHROME2", times=(0x18, 0x1063, b"DS", b"66.7"), more=b"", syntax=b"1.2.840.10008.1.2.1\0",
+          pixels=None):
+    short = lambda value: struct.pack("<H", value)
+    meta = element(2, 0x10, b"UI", syntax)
+    pixels = element(0x7FE0, 0x10, b"OW", bytes(range(3 * 4 * 2 * bits // 8))) if pixels is None else pixels
+    return (bytes(128) + b"DICM" + element(2, 0, b"UL", struct.pack("<I", len(meta))) + meta + element(8, 0x60, b"CS", b"XA")
+            + element(*times) + more + element(0x28, 2, b"US", short(1)) + element(0x28, 4, b"CS", meaning)
+            + element(0x28, 8, b"IS", b"2") + element(0x28, 0x10, b"US", short(3)) + element(0x28, 0x11, b"US", short(4))
+            + element(0x28, 0x100, b"US", short(bits)) + element(0x28, 0x101, b"US", short(bits - 4 if bits == 16 else 8))
+            + element(0x28, 0x102, b"US", short(bits - 5 if bits == 16 else 7)) + element(0x28, 0x103, b"US", short(0)) + pixels)
+
+
+def fragments(*parts):
+    """Pixels of a compressed run: an empty table of offsets, and a fragment a frame (PS3.5 A.4)."""
+    item = lambda body: b"\xfe\xff\x00\xe0" + struct.pack("<I", len(body)) + body
+    return (b"\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff" + item(b"") + b"".join(map(item, parts)) + b"\xfe\xff\xdd\xe0\0\0\0\0")
+
+
+# RLE (PS3.5 G): a header of 64 bytes, and one segment of literal bytes.
+RLE_FRAME = struct.pack("<16I", 1, 64, *[0] * 14) + b"\x0b" + bytes(range(12)) + b"\0"
+DICOM = {
+    "plain16": dicom(), "plain8": dicom(8), "inverted": dicom(meaning=b"MONOCHROME1"),
+    "vector": dicom(times=(0x18, 0x1065, b"DS", b"0\\40")), "cine": dicom(times=(0x18, 0x40, b"IS", b"15")),
+    "turning": dicom(more=element(0x18, 0x1520, b"DS", b"0\\0.5")),
+    "rle": dicom(8, syntax=b"1.2.840.10008.1.2.5\0", pixels=fragments(RLE_FRAME, RLE_FRAME)),
+    "jpeg": dicom(8, syntax=b"1.2.840.10008.1.2.4.50", pixels=fragments(b"\xff\xd8\xff\xd9", b"\xff\xd8\xff\xd9")),
+}
+
+
 def image_step(*changes, size=0, geometry=0):
     return (b"\x01" + bytes([len(changes) | geometry << 7]) + b"".join(bytes([offset]) + value for offset, value in changes) +
             bytes([size]))
@@ -265,7 +300,7 @@ REPORTS = {
 
 CORPORA = {
     "replies": (REPLIES, b"\x1f"), "text": (TEXTS, b""), "can": (CAN, b""), "session": (SESSION, b""), "wire_log": (WIRE_LOGS, b""),
-    "configuration": (CONFIGURATIONS, b""), "sequence": (SEQUENCES, b""), "vessel": (VESSELS, b""), "shm_image": (IMAGES, b""),
+    "configuration": (CONFIGURATIONS, b""), "sequence": (SEQUENCES, b""), "dicom": (DICOM, b""), "vessel": (VESSELS, b""), "shm_image": (IMAGES, b""),
     "shm_estimate": (ESTIMATES, b""), "estimate": (SAMPLES, b""), "reports": (REPORTS, b""),
 }
 

@@ -30,6 +30,9 @@ tubed_fuzz_target(configuration SOURCES ${config} drivers/driver_registry/find_d
                   LINK idl_geometry idl_settings ${driver_targets} idl tubed_idl tomlplusplus::tomlplusplus OpenSSL::Crypto)
 target_sources(fuzz_configuration PRIVATE ${PROJECT_BINARY_DIR}/fuzz_driver_list.cpp)
 tubed_fuzz_target(sequence LINK drivers_replay)
+if(TARGET clients_dicom)
+  tubed_fuzz_target(dicom LINK clients_dicom)
+endif()
 file(GLOB vessel RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/drivers/laboratory/vessel/vessel*.cpp)
 tubed_fuzz_target(vessel SOURCES ${vessel} drivers/laboratory/vessel/surface_mesh.cpp drivers/laboratory/vessel/wall_field.cpp LINK Eigen3::Eigen)
 # What prints samples, for the two targets that print.

@@ -41,6 +41,7 @@ struct RunSays {
   int representation = 0;
   int channels = 1;
   int frames_written = 3;
+  Uint16 overlay = 0;  ///< in the bits that no level uses
   E_TransferSyntax syntax = EXS_LittleEndianExplicit;
 };
 
@@ -122,7 +123,7 @@ class DicomRunTest : public ::testing::Test {
         for (int column = 0; column < says.columns; ++column) {
           const unsigned all = level(frame, column, row);
           narrow.push_back(static_cast<Uint8>(all >> 4));
-          wide.push_back(static_cast<Uint16>(all << (says.high + 1 - says.stored)));
+          wide.push_back(static_cast<Uint16>(all << (says.high + 1 - says.stored) | says.overlay));
         }
       }
     }
@@ -204,6 +205,9 @@ TEST_F(DicomRunTest, BitsLieWhereTheFileSays) {
   high.stored = 12;
   high.high = 15;
   EXPECT_EQ(at(read_dicom_run(write("high.dcm", high)), 1, 3, 4), level(1, 3, 4));
+  RunSays overlaid;
+  overlaid.overlay = 0xF000;
+  EXPECT_EQ(at(read_dicom_run(write("overlaid.dcm", overlaid)), 1, 3, 4), level(1, 3, 4));
   RunSays inverted;
   inverted.meaning = "MONOCHROME1";
   EXPECT_EQ(at(read_dicom_run(write("inverted.dcm", inverted)), 1, 3, 4), 4095 - level(1, 3, 4));
@@ -292,6 +296,25 @@ TEST_F(DicomRunTest, WhatIsNoRunIsRefusedInWords) {
   EXPECT_FALSE(refusal_of(folder_ / "text.dcm").empty());
   std::filesystem::create_directories(folder_ / "empty");
   EXPECT_NE(refusal_of(folder_ / "empty").find("has no files"), std::string::npos);
+}
+
+TEST_F(DicomRunTest, WhatIsPackedSmallIsRefusedByWhatItBecomes) {
+  RunSays says;
+  says.frames = "100";
+  says.frames_written = 1;  // decoded, 81,600 bytes
+  const auto file = write("packed.dcm", says);
+  EXPECT_NE(refusal_of(file, {.rate_hz = 0, .memory_limit = 64 << 10}).find("makes the run larger"),
+            std::string::npos);
+}
+
+/// DCMTK's own log quotes values.
+TEST_F(DicomRunTest, NothingOfABrokenFileIsLogged) {
+  std::ifstream whole(write("whole.dcm"), std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(whole)), std::istreambuf_iterator<char>());
+  std::ofstream(folder_ / "cut.dcm", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  ::testing::internal::CaptureStderr();
+  EXPECT_FALSE(refusal_of(folder_ / "cut.dcm").empty());
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 /// Cut anywhere and with bytes turned over anywhere: a run, or words.
