@@ -9,9 +9,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <sstream>
 
 namespace tubed {
 
@@ -82,13 +84,11 @@ class RunFile {
     dataset().findAndGetUint16(tag, value);
     return value;
   }
-  std::optional<double> number_at(const DcmTagKey& tag, unsigned long index = 0) {
-    OFString words;  // integers, decimals and binary numbers alike
-    if (dataset().findAndGetOFString(tag, words, index, OFTrue).bad()) return {};
-    char* end = nullptr;
-    const double value = std::strtod(words.c_str(), &end);
-    if (end == words.c_str() || !std::isfinite(value)) return {};
-    return value;
+  /// Integers, decimals and binary numbers alike; NaN for what is none, empty where nothing is said.
+  std::vector<double> numbers(const DcmTagKey& tag);
+  std::optional<double> first_number(const DcmTagKey& tag) {
+    const std::vector<double> all = numbers(tag);
+    return all.empty() || std::isnan(all[0]) ? std::nullopt : std::optional(all[0]);
   }
   void check_pixels();
   std::optional<double> period_s();
@@ -101,6 +101,20 @@ class RunFile {
   int stored_ = 0, shift_ = 0, frames_ = 1;
   bool is_signed_ = false, is_inverted_ = false;
 };
+
+std::vector<double> RunFile::numbers(const DcmTagKey& tag) {
+  OFString words;
+  dataset().findAndGetOFStringArray(tag, words, OFTrue);
+  std::istringstream text(std::string(words.c_str(), words.size()));
+  std::vector<double> all;
+  for (std::string word; std::getline(text, word, '\\');) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    const bool is_number = end != word.c_str() && std::isfinite(value);
+    all.push_back(is_number ? value : std::numeric_limits<double>::quiet_NaN());
+  }
+  return all;
+}
 
 void RunFile::check_pixels() {
   rows_ = count(DCM_Rows);
@@ -124,14 +138,15 @@ void RunFile::check_pixels() {
   if ((allocated_ != 8 && allocated_ != 16) || stored_ < 1 || shift_ < 0 ||
       high >= static_cast<int>(allocated_)) {
     refuse("has pixels of " + std::to_string(stored_) + " bits in " + std::to_string(allocated_) +
-           ", the highest is " + std::to_string(high) + "; expected 8 to 16 in 8 or 16");
+           ", the highest is " + std::to_string(high) +
+           "; expected at most as many in 8 or in 16, the highest below that");
   }
 }
 
 std::optional<double> RunFile::period_s() {
-  if (const auto ms = number_at(DCM_FrameTime); ms && *ms > 0) return *ms / 1000;
+  if (const auto ms = first_number(DCM_FrameTime); ms && *ms > 0) return *ms / 1000;
   for (const DcmTagKey& rate : {DCM_CineRate, DCM_RecommendedDisplayFrameRate}) {
-    if (const auto hz = number_at(rate); hz && *hz > 0) return 1 / *hz;
+    if (const auto hz = first_number(rate); hz && *hz > 0) return 1 / *hz;
   }
   return {};
 }
@@ -139,14 +154,16 @@ std::optional<double> RunFile::period_s() {
 std::optional<std::vector<double>> RunFile::times_s() {
   std::vector<double> times{0};
   const auto period = period_s();
-  if (number_at(DCM_FrameTimeVector, 1)) {  // increments, ms; the first is 0
-    for (int i = 1; i < frames_; ++i) {
-      const auto ms = number_at(DCM_FrameTimeVector, static_cast<unsigned long>(i));
-      if (!ms || *ms < 0 || *ms > kMaxPeriod_s * 1000) {
+  const std::vector<double> increments_ms = numbers(DCM_FrameTimeVector);  // the first is 0
+  if (increments_ms.size() > 1) {
+    for (std::size_t i = 1; i < static_cast<std::size_t>(frames_); ++i) {
+      const double ms =
+          i < increments_ms.size() ? increments_ms[i] : std::numeric_limits<double>::quiet_NaN();
+      if (!(ms >= 0 && ms <= kMaxPeriod_s * 1000)) {
         refuse("FrameTimeVector (0018,1065) has no usable time for frame " + std::to_string(i + 1) +
                "; give --rate");
       }
-      times.push_back(times.back() + *ms / 1000);
+      times.push_back(times.back() + ms / 1000);
     }
     const double mean_s = frames_ > 1 ? times.back() / (frames_ - 1) : period.value_or(0);
     if (!(mean_s > 0)) refuse("FrameTimeVector (0018,1065) says that no time passes; give --rate");
@@ -211,12 +228,10 @@ void RunFile::add_remarks(std::vector<std::string>& remarks) {
                       (relation == "LIN" ? "linear" : "log") + "\" of [[camera]]");
   }
   for (const DcmTagKey& turn : {DCM_PositionerPrimaryAngleIncrement, DCM_PositionerSecondaryAngleIncrement}) {
-    for (unsigned long i = 0; i < static_cast<unsigned long>(frames_); ++i) {
-      const auto deg = number_at(turn, i);
-      if (deg && std::abs(*deg) > 0.1) {
-        remarks.emplace_back("the C-arm turns during this run, and its images are sent without poses");
-        return;
-      }
+    const std::vector<double> turned_deg = numbers(turn);
+    if (std::any_of(turned_deg.begin(), turned_deg.end(), [](double deg) { return std::abs(deg) > 0.1; })) {
+      remarks.emplace_back("the C-arm turns during this run, and its images are sent without poses");
+      return;
     }
   }
 }

@@ -17,8 +17,9 @@ class DicomError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One exposure, row by row, no padding; 16 bit in host order. Grey levels as stored: no window, no modality
-/// transformation; MONOCHROME1 turned round, so that less radiation is always darker.
+/// One exposure, row by row, no padding; 16 bit in host order. Grey levels as stored, signed ones from their
+/// lowest on: no window, no modality transformation; MONOCHROME1 inverted, so that the greatest level is
+/// always white.
 struct DicomFrame {
   double t_s = 0;  ///< since the first
   std::vector<std::uint8_t> pixels;
@@ -30,8 +31,7 @@ struct DicomRun {
   int bits_stored = 8;             ///< of each pixel
   double period_s = 0;             ///< mean time from one exposure to the next
   std::vector<DicomFrame> frames;  ///< one at least
-  /// What a person should know: where the times are from, what the detector's response is, that the C-arm
-  /// turned.
+  /// What a person should know: what the detector's response is, that the C-arm turned.
   std::vector<std::string> remarks;
 };
 
@@ -43,8 +43,8 @@ struct DicomRunOptions {
 /// Reads a file, or all files of a folder as one run: of one series, in the order of their InstanceNumber.
 /// Pixels of 8 to 16 bits, uncompressed, RLE, or JPEG (baseline, extended, lossless). Times are
 /// FrameTimeVector (0018,1065), FrameTime (0018,1063), CineRate (0018,0040) or RecommendedDisplayFrameRate
-/// (0008,2144), the first that is there. Reads what describes pixels, time and the positioner, nothing of
-/// whom they show. Throws DicomError.
+/// (0008,2144), the first that is there. Reads attributes of pixels, time and the positioner, none of the
+/// patient. Throws DicomError.
 DicomRun read_dicom_run(const std::filesystem::path& path, const DicomRunOptions& options = {});
 
 }  // namespace tubed

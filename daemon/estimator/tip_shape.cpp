@@ -148,7 +148,7 @@ void TipShape::ask_again_if_by_far(std::size_t which, const Observation& observa
   hook.set_binormal(plane);
 }
 
-// One round alone says nothing.
+// What one round alone says is left out: of two the lesser counts, then the middle one of three.
 void TipShape::remember_round(Record& record) {
   ++record.asked;
   const auto& [last, last_but_one] = record.before;

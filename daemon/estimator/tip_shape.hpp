@@ -24,7 +24,7 @@ enum class TipDoubt {
 
 /// Asks HookSearch now and then, remembers by how much a hook was the better explanation, and says which rest
 /// shape the shapes of this instrument are solved with. Evidence of one image repeats in the next one: gains
-/// are averaged, never added up; what one round alone says counts for nothing. Called by the optimizer
+/// are averaged, never added up, and no hook is taken for what one round alone says. Called by the optimizer
 /// thread; memory is taken in the constructor.
 class TipShape {
  public:

@@ -3,7 +3,7 @@
 # Each run starts from the kept corpus and from what earlier runs of this build folder found. What crashes stays in
 # BUILD_FOLDER/TARGET/crash-*; copy it to tests/fuzz/corpus/TARGET once it is mended.
 set -eu
-source=$1 build=$(realpath -m "$2") target=$3 seconds=$4
+source=$(realpath "$1") build=$(realpath -m "$2") target=$3 seconds=$4
 [ -x "$build/bin/fuzz_$target" ] || { echo "SKIPPED: fuzz_$target was not built, see the test fuzz/build"; exit 77; }
 mkdir -p "$build/$target/found" && cd "$build/$target"
 # Memory is bounded: no small input makes a large allocation, nor many small ones.

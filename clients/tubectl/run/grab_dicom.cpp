@@ -7,6 +7,7 @@
 
 #include "clients/tubectl/run/grab_view.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/replay/playhead_over.hpp"
 #ifdef TUBED_READS_DICOM_RUNS
 #include "clients/dicom/dicom_run.hpp"
 #endif
@@ -35,14 +36,12 @@ ReplayedView view_of(DicomRun& run) {
 }
 
 Playhead playhead_of(const ReplayedView& view, const DicomRun& run, const DicomGrabArguments& arguments) {
-  std::vector<std::chrono::nanoseconds> times;
-  for (const SequenceFrame& row : view.rows) times.push_back(to_nanoseconds(row.t_s));
-  const auto lap = times.back() + to_nanoseconds(run.period_s);
-  Playhead playhead(std::move(times), lap, arguments.loop ? ReplayEnd::kLoops : ReplayEnd::kStops);
-  const MonotonicTime now = monotonic_now();
-  playhead.begin(
-      arguments.start_monotonic_ns == 0 ? now + kBeforeTheFirst : from_ns(arguments.start_monotonic_ns), now);
-  return playhead;
+  ReplayedFolder timing;
+  timing.lap = to_nanoseconds(run.frames.back().t_s + run.period_s);
+  timing.start = monotonic_now() + kBeforeTheFirst;
+  const DriverSettings settings(
+      {{"loop", arguments.loop}, {"start_monotonic_ns", arguments.start_monotonic_ns}});
+  return playhead_over(view.rows, timing, settings);
 }
 
 void tell(const DicomRun& run, const DicomGrabArguments& arguments) {
