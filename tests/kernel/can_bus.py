@@ -119,8 +119,10 @@ def judge_arrival(bed, layout, **options):
     room = CanRoom(bed, layout, **options)
     time.sleep(1)
     since_ns = time.monotonic_ns()
-    time.sleep(4.5)
-    samples = room.measurements.samples(since_ns)
+    # Within 4 s where nothing is lost. A guest that is given less than a CPU measures, and keeps, fewer.
+    until = time.monotonic() + 40
+    while len(samples := room.measurements.samples(since_ns)) < 160 and time.monotonic() < until:
+        time.sleep(0.5)
     time.sleep(1)  # so that the log of the truth has caught up
     poses, of_measurement_ms, of_arrival_ms = compare(samples, room.true_measurements())
     steps = [(b["tracker_frame"] - a["tracker_frame"]) // 8 for a, b in zip(samples, samples[1:])]
@@ -128,7 +130,7 @@ def judge_arrival(bed, layout, **options):
     say(f"{layout}: {len(of_measurement_ms)} measurements compared, {poses} poses, {lost} lost; time of measurement p95 "
         f"{p95(of_measurement_ms):.2f} ms, of arrival p95 {p95(of_arrival_ms):.2f} ms")
     check(len(of_measurement_ms) > 100, f"only {len(of_measurement_ms)} measurements could be compared")
-    check(poses > 0.9 * COILS * len(of_measurement_ms), f"only {poses} poses")
+    check(poses > 0.85 * COILS * len(of_measurement_ms), f"only {poses} poses")  # a coil that never comes is 0.8
     check(all(step > 0 for step in steps), "a measurement came twice, or an older one after it")
     # One CPU at 100 Hz: functional. tests/drivers/aurora_can judges the milliseconds.
     check(p95(of_measurement_ms) < p95(of_arrival_ms) / 2, "the times of measurement are hardly better than those of arrival")

@@ -77,7 +77,10 @@ class Browser:
         pathlib.Path(path).write_bytes(base64.b64decode(data))
 
     def frames(self, seconds):
-        """(time.time(), PNG) of what the browser's compositor puts together within that time, whether or not the script works."""
+        """(time.time(), PNG) of what the browser's compositor puts together within that time, whether or not the script works.
+
+        The times are those of arrival here.
+        """
         address = self.driver.capabilities["goog:chromeOptions"]["debuggerAddress"]
         port = int(address.rpartition(":")[2])
         with urllib.request.urlopen(f"http://{address}/json", timeout=10) as answer:
@@ -91,7 +94,7 @@ class Browser:
             for _, payload in tools.take():
                 message = json.loads(payload)
                 if message.get("method") == "Page.screencastFrame":
-                    pictures.append((message["params"]["metadata"]["timestamp"], message["params"]["data"]))
+                    pictures.append((time.time(), message["params"]["data"]))
                     session = message["params"]["sessionId"]
                     tools.send(client.masked(json.dumps({"id": 2, "method": "Page.screencastFrameAck", "params": {"sessionId": session}}).encode()))
         connection.close()
