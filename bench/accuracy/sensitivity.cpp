@@ -150,14 +150,23 @@ Study drop_study(const Sequence& sequence) {
   return study;
 }
 
-/// The middle coil, whose absence costs most.
-Study liar_study(const Sequence& sequence) {
-  Study study{"the middle coil wrong by, mm", {}};
-  const int middle = sequence.measurements.empty() ? 0 : sequence.measurements.front().coil_count / 2;
-  for (const double error_mm : {0.0, 6.0, 12.0, 25.0}) {
-    study.variants.push_back({error_mm, with_coil_lying(sequence, middle, error_mm, 1)});
+Study liar_study(const Sequence& sequence, const std::string& title, int coil) {
+  Study study{title, {}};
+  for (const double error_mm : {0.0, 6.0, 12.0, 25.0, 40.0}) {
+    study.variants.push_back({error_mm, with_coil_lying(sequence, coil, error_mm, 1)});
   }
   return study;
+}
+
+/// The middle coil, whose absence costs most.
+Study middle_liar_study(const Sequence& sequence) {
+  const int middle = sequence.measurements.empty() ? 0 : sequence.measurements.front().coil_count / 2;
+  return liar_study(sequence, "the middle coil wrong by, mm", middle);
+}
+
+/// The tip's coil, which has a neighbour on one side only.
+Study tip_liar_study(const Sequence& sequence) {
+  return liar_study(sequence, "the tip's coil wrong by, mm", 0);
 }
 
 /// The tip's coil, beyond which nothing is held. Only the instants without it are judged, but for 0, where
@@ -176,7 +185,7 @@ Study loose_tip_study(const Sequence& sequence) {
   return study;
 }
 
-/// The tip's coil, which has a neighbour on one side only. Judged: while it is wrong and one second after;
+/// The tip's coil. Judged: while it is wrong and one second after;
 /// all instants where it never is.
 Study erratic_study(const Sequence& sequence) {
   constexpr double kPeriod_s = 4;
@@ -234,7 +243,8 @@ std::vector<Study> studies_of(const Sequence& sequence) {
   studies.push_back(fluoroscopy_study(sequence));
   studies.push_back(drop_study(sequence));
   studies.push_back(loose_tip_study(sequence));
-  studies.push_back(liar_study(sequence));
+  studies.push_back(middle_liar_study(sequence));
+  studies.push_back(tip_liar_study(sequence));
   studies.push_back(erratic_study(sequence));
   studies.push_back(wrong_image_study(sequence));
   return studies;

@@ -13,8 +13,8 @@ namespace tubed {
 /// One D_i = {p_i, t_i}.
 struct CoilObservation {
   CoilState state = CoilState::kMissing;
-  bool suspected = false;  ///< contradicted before, and has not agreed since
-  double s_mm = 0;         ///< arc length from the tip
+  double belief = 0.999;  ///< probability that it says where it is, from before this measurement
+  double s_mm = 0;        ///< arc length from the tip
   Eigen::Vector3d p_world_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d tangent_world = Eigen::Vector3d::Zero();  ///< unit, toward the tip
   [[nodiscard]] bool used() const { return state == CoilState::kUsed; }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/estimator/coil_faults.hpp"
 #include "daemon/estimator/paper/paper_settings.hpp"
 #include "daemon/image/image_likelihood_form.hpp"
 #include "idl/settings/bound_key.hpp"
@@ -100,6 +101,7 @@ struct EstimatorSettings {
   double em_stale_ms = 150;     ///< EM_STALE is said by this age of the newest EM measurement: see EmTimeout
   double em_stuck_ms = 150;     ///< bit-equal values for as long are EM_STUCK
   int iterations = 8;           ///< at most, of Gauss-Newton
+  CoilFaultModel coil_faults;   ///< of modes "em", "joint" and "filter"
   PaperSettings paper;          ///< of mode "paper" alone
 };
 

@@ -21,7 +21,7 @@ constexpr double kSeenAsWell = 0.9;
 constexpr int kDoubtedTimes = 2;
 // A snap: coils off the shape in the mean (chi^2 a coil, 3 dof), at least one of them for certain, and a
 // third as far off a shape of this instant. One coil may be wrong by itself: it has to say more, and so in
-// two measurements.
+// two measurements, steadily.
 constexpr double kSnappedFrom = 4;
 constexpr double kSnappedFromByOne = 5;
 constexpr double kContradictingFrom = 7;
@@ -63,8 +63,8 @@ Eigen::Vector3d RecursiveEstimator::off_coil_mm(const CoilObservation& coil,
   return coil.p_world_mm - combine(C, basis.first, basis.value);
 }
 
-// How many coils, gated or not, say that the tube has snapped to where a shape of this instant alone has it.
-// Nothing of it is in the image when it has snapped along the rays.
+// How many coils, left out or not, say that the tube has snapped to where a shape of this instant alone has
+// it. Nothing of it is in the image when it has snapped along the rays.
 int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const CoilObservations& coils,
                                         const TubeEstimate& estimate) {
   CoilObservations all = coils;
@@ -72,8 +72,8 @@ int RecursiveEstimator::coils_of_a_snap(const Observation& observation, const Co
   int contradicting = 0;
   for (int i = 0; i < all.count; ++i) {
     CoilObservation& coil = all.coils[static_cast<std::size_t>(i)];
-    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    if (coil.state == CoilState::kOutlier && !gated.alone_as_well && !is_erratic(gated)) {
+    const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
+    if (coil.state == CoilState::kOutlier && !doubted.alone_as_well && !doubted.contradicts_itself) {
       coil.state = CoilState::kUsed;
     }
     if (coil.used()) {
@@ -203,7 +203,7 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
 
 // When most coils contradict, the tube has snapped and they are right.
 bool RecursiveEstimator::is_lost() const {
-  return most_are_gated() || state_.disowned || state_.images_without_tube >= kLostImages ||
+  return most_are_out() || state_.disowned || state_.images_without_tube >= kLostImages ||
          state_.doubted_times >= kDoubtedTimes;
 }
 

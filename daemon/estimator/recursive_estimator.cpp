@@ -12,6 +12,7 @@ namespace tubed {
 namespace {
 
 constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
+constexpr double kBeliefOfDoubted = 0.1;   // of a coil that was left out before
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
@@ -24,6 +25,7 @@ RecursiveEstimator::State::State(int column_count, Eigen::Index bending_node_cou
       P(Eigen::MatrixXd::Identity(C.size(), C.size())),
       noise(settings),
       error_scale(settings),
+      beliefs(CoilFaults(settings.coil_faults, 0).at_first()),
       bending(Eigen::VectorXd::Ones(bending_node_count)),
       rival(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {}
 
@@ -46,6 +48,8 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
       learnt_bending_(map_.bending_node_count(), map_.spline().spacing_mm()),
       mirror_test_(settings.coefficient_count),
       coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
+      coil_faults_(settings.coil_faults, static_cast<int>(instrument.coils.size())),
+      innovations_(static_cast<int>(instrument.coils.size())),
       state_(map_.column_count(), map_.bending_node_count(), settings),
       before_update_(state_),
       past_{state_, state_, state_, state_, state_, state_, state_, state_},
@@ -70,7 +74,8 @@ void RecursiveEstimator::reset() noexcept {
   agreement_.reset();
   state_.noise.reset();
   state_.error_scale.reset();
-  state_.gated = {};
+  state_.doubted = {};
+  state_.beliefs = coil_faults_.at_first();
   state_.confirmed = MonotonicTime{};
   state_.usual = UsualSurprise{};
   state_.begun = false;
@@ -99,10 +104,12 @@ bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noex
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
   CoilObservations coils = observe_coils(frame, history, instrument_, T_world_em_,
                                          static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
-  const bool snapped = most_are_gated();
+  const bool snapped = most_are_out();  // then the shape is what is wrong
   for (int i = 0; i < coils.count; ++i) {
-    const GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
-    coils.coils[static_cast<std::size_t>(i)].suspected = gated.alone_as_well || (gated.times > 0 && !snapped);
+    const auto index = static_cast<std::size_t>(i);
+    const DoubtedCoil& doubted = state_.doubted[index];
+    const bool is_doubtful = doubted.alone_as_well || (doubted.is_out && !snapped);
+    coils.coils[index].belief = is_doubtful ? kBeliefOfDoubted : coil_faults_.at_first()[0];
   }
   return coils;
 }
@@ -188,7 +195,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
   // Of this state, whenever its newest measurement was taken.
   coils = observe(&newest, history);
-  leave_out_gated(coils);
+  leave_out_doubted(coils);
   const bool too_sure = state_.begun && began_too_sure();
   if (state_.begun && !too_sure && !is_lost()) {
     if (registered_ && observation.is_image_instant) {
@@ -233,7 +240,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   CoilObservations coils = observe(&frame, history);
   before_update_ = state_;  // should the measurement say that the tube has moved otherwise
   predict(frame.measured, state_.freedom);
-  const double freedom = freedom_for(gate(coils, frame.measured));
+  const double freedom = freedom_for(judge_coils(coils, frame.measured, interval_s));
   const bool was_jerk = freedom > state_.freedom;
   if (was_jerk) {
     const UsualSurprise usual = state_.usual;
@@ -241,7 +248,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
     state_.usual = usual;
     coils = observe(&frame, history);
     predict(frame.measured, freedom);
-    gate(coils, frame.measured);
+    judge_coils(coils, frame.measured, interval_s);
   }
   state_.last_freedom = freedom;
   const CoilNoise& noise = state_.noise;

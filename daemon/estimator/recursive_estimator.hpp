@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/estimator/coil_error_scale.hpp"
+#include "daemon/estimator/coil_faults.hpp"
 #include "daemon/estimator/coil_image_agreement.hpp"
 #include "daemon/estimator/coil_noise.hpp"
 #include "daemon/estimator/coil_update.hpp"
@@ -43,17 +44,24 @@ class RecursiveEstimator final : public RestShapedEstimator {
   /// bend as the tube does, the printed weight of strain then turns the error into depth.
   static constexpr double kStrainSlack = 4.5;
 
-  /// How long a coil has contradicted the prediction.
-  struct GatedCoil {
-    int times = 0;
-    MonotonicTime since{};                  ///< steadily
-    bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
-    int cleared_times = 0;                  ///< in a row that they were asked and did not
-    std::optional<Eigen::Vector3d> off_mm;  ///< the prediction, the last time; world
-    MonotonicTime erratic{};                ///< when it last contradicted itself
+  /// Sum of weight[k] times column[k] of the state: a point of the curve, and a coil's error.
+  struct ColumnSum {
+    explicit ColumnSum(const CubicBasis& basis);
+    std::array<Eigen::Index, 5> column{};
+    std::array<double, 5> weight{};
   };
 
-  /// How far measurements mostly are off the prediction, see gate().
+  /// A coil that is less likely right than wrong.
+  struct DoubtedCoil {
+    bool is_out = false;                               ///< in the newest measurement
+    MonotonicTime since{};                             ///< steadily
+    bool alone_as_well = false;                        ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                             ///< in a row that they were asked and did not
+    Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();  ///< the prediction, the last time; world
+    bool contradicts_itself = false;                   ///< it said something else the time before
+  };
+
+  /// How far measurements mostly are off the prediction, see judge_coils().
   struct UsualSurprise {
     double mean = 1;  ///< geometric, of the newest
     int count = 0;    ///< that it is the mean of
@@ -76,7 +84,8 @@ class RecursiveEstimator final : public RestShapedEstimator {
     double least_lasting_position_mm = 0;  ///< since it began
     double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
-    std::array<GatedCoil, kMaxCoils> gated{};
+    CoilFaults::Beliefs beliefs;
+    std::array<DoubtedCoil, kMaxCoils> doubted{};
     MonotonicTime began{};  ///< EM frame of the beginning
     MonotonicTime asked{};  ///< EM frame whose coils alone were last asked who is wrong
     bool disowned = false;  ///< they said: the shape
@@ -151,20 +160,16 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void test_mirrored(std::span<const ViewConstraints> lines, const CoilObservations& coils,
                      TubeEstimate& estimate);
   bool shows_tube(const TubeEstimate& estimate);
-  double gate(CoilObservations& coils, MonotonicTime time);
-  [[nodiscard]] double gate_of(const GatedCoil& gated, double off_itself_mm2,
-                               const Eigen::Matrix3d& covariance_mm2) const;
-  [[nodiscard]] bool contradicts_itself(double off_itself_mm2) const;
-  [[nodiscard]] bool is_erratic(const GatedCoil& gated) const;
+  double judge_coils(CoilObservations& coils, MonotonicTime time, double interval_s);
+  void measure_innovations(const CoilObservations& coils);
+  [[nodiscard]] Eigen::Matrix3d covariance_of(const ColumnSum& a, const ColumnSum& b) const;
+  [[nodiscard]] double surprise() const;
   double freedom_for(double surprise);
-  [[nodiscard]] Eigen::Matrix3d innovation_covariance(const CoilObservation& coil, int index) const;
-  [[nodiscard]] Eigen::Matrix3d covariance_of(std::span<const Eigen::Index> columns,
-                                              std::span<const double> weights) const;
-  [[nodiscard]] bool most_are_gated() const;
+  [[nodiscard]] bool most_are_out() const;
   [[nodiscard]] bool is_lost() const;
   void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
   void leave_out_as_found(const CoilObservations& coils);
-  void leave_out_gated(CoilObservations& coils) const;
+  void leave_out_doubted(CoilObservations& coils) const;
   void leave_out_erratic(CoilObservations& coils) const;
 
   EstimatorSettings settings_;
@@ -183,6 +188,8 @@ class RecursiveEstimator final : public RestShapedEstimator {
   LearntBending learnt_bending_;
   MirrorTest mirror_test_;
   CoilUpdate coil_update_;
+  CoilFaults coil_faults_;
+  CoilInnovations innovations_;
   State state_;
   State before_update_;
   static constexpr std::size_t kPastStates = 8;

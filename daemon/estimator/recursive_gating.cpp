@@ -8,11 +8,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kGate = 25;  // chi^2 of a coil's position, 3 dof: 1.5e-5
-// To be believed again, a coil has to agree as most do (0.03 do not) if the coils of a measurement alone
-// contradict it as well, or if it was left out more often than a snap is.
-constexpr double kAgrees = 9;
-constexpr int kOftenerThanASnap = 3;
+constexpr double kMaxSurprise = 25;  // chi^2 of a coil, 3 dof: beyond it is wrong (1.5e-5)
 // A jerk of the tube: coils further off the prediction than they usually are, by so much and more. In between
 // freedom grows evenly: a rounded digit must not decide.
 constexpr double kJerkFrom = 1.4;
@@ -25,102 +21,108 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
-// A coil that contradicts itself from one measurement to the next: chi^2 of the difference, 3 dof, 0.001.
-constexpr double kErratic = 16.3;
-constexpr double kErraticFor_s = 0.3;
-constexpr int kFewestToBegin = 2;  // coils: better an erratic one among them than no shape at all
-constexpr int kClearedTimes = 3;   // that the coils of a measurement do not name it
+constexpr double kBeliefWhenNamed = 0.05;  // as likely right again as one measurement after it went wrong
+constexpr double kSteady = 16.3;           // chi^2 of the difference of two measurements, 3 dof: 0.001
+constexpr int kFewestToBegin = 2;          // coils: better a doubtful one among them than no shape at all
+constexpr int kClearedTimes = 3;           // that the coils of a measurement do not name it
 
 }  // namespace
 
-Eigen::Matrix3d RecursiveEstimator::innovation_covariance(const CoilObservation& coil, int index) const {
-  const CubicBasis basis = map_.spline().basis(coil.s_mm);
-  std::array<Eigen::Index, 5> columns{};
-  std::array<double, 5> weights{};
-  for (std::size_t a = 0; a < 4; ++a) {
-    columns[a] = basis.first + static_cast<Eigen::Index>(a);
-    weights[a] = basis.value[a];
+// Of points of the curve; the last one is left free.
+RecursiveEstimator::ColumnSum::ColumnSum(const CubicBasis& basis) {
+  for (std::size_t k = 0; k < basis.value.size(); ++k) {
+    column[k] = basis.first + static_cast<Eigen::Index>(k);
+    weight[k] = basis.value[k];
   }
-  columns[4] = map_.position_error_column(index);
-  weights[4] = 1;
-  const double noise_mm = state_.noise.noise_position_mm();
-  return noise_mm * noise_mm * Eigen::Matrix3d::Identity() + covariance_of(columns, weights);
 }
 
-// Of the sum of weights[k] times that column.
-Eigen::Matrix3d RecursiveEstimator::covariance_of(std::span<const Eigen::Index> columns,
-                                                  std::span<const double> weights) const {
+Eigen::Matrix3d RecursiveEstimator::covariance_of(const ColumnSum& a, const ColumnSum& b) const {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t a = 0; a < columns.size(); ++a) {
-    for (std::size_t b = 0; b < columns.size(); ++b) {
-      sum += weights[a] * weights[b] * state_.P.block<3, 3>(3 * columns[a], 3 * columns[b]);
+  for (std::size_t i = 0; i < a.column.size(); ++i) {
+    for (std::size_t j = 0; j < b.column.size(); ++j) {
+      sum += a.weight[i] * b.weight[j] * state_.P.block<3, 3>(3 * a.column[i], 3 * b.column[j]);
     }
   }
   return sum;
 }
 
-// A coil whose position the prediction cannot explain takes no part, for a while. Gives how far the others
-// are off on the whole: mean chi^2 a degree of freedom, without the coil that is furthest off, which may be
-// wrong by itself. 0: too few to say.
-double RecursiveEstimator::gate(CoilObservations& coils, MonotonicTime time) {
-  double sum = 0;
-  double greatest = 0;
-  int count = 0;
+// How far each coil is off the prediction, and the covariance of all that, of which a motion otherwise than
+// expected makes much in common.
+void RecursiveEstimator::measure_innovations(const CoilObservations& coils) {
+  CoilInnovations& all = innovations_;
+  all.count = 0;
   for (int i = 0; i < coils.count; ++i) {
-    CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     if (!coil.used()) {
-      gated.times = 0;  // says nothing, but is no better for that
-      gated.off_mm.reset();
       continue;
     }
+    const auto place = [&](int index) {
+      const double s_mm = coils.coils[static_cast<std::size_t>(index)].s_mm;
+      ColumnSum sum(map_.spline().basis(s_mm));
+      sum.column.back() = map_.position_error_column(index);
+      sum.weight.back() = 1;
+      return sum;
+    };
+    const ColumnSum own = place(i);
+    const Eigen::Index row = 3 * all.count;
+    all.coil[static_cast<std::size_t>(all.count)] = i;
     const CubicBasis basis = map_.spline().basis(coil.s_mm);
-    const Eigen::Vector3d innovation = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
-                                       state_.C.col(map_.position_error_column(i));
-    const Eigen::Matrix3d covariance_mm2 = innovation_covariance(coil, i);
-    const double chi_squared = innovation.dot(covariance_mm2.inverse() * innovation);
-    const double capped = std::min(chi_squared, kGate);
-    sum += capped;
-    greatest = std::max(greatest, capped);
-    ++count;
-    const double off_itself_mm2 = gated.off_mm ? (innovation - *gated.off_mm).squaredNorm() : 0;
-    if (chi_squared <= gate_of(gated, off_itself_mm2, covariance_mm2)) {
-      gated = GatedCoil{};
+    all.innovation_mm.segment<3>(row) = coil.p_world_mm - combine(state_.C, basis.first, basis.value) -
+                                        state_.C.col(map_.position_error_column(i));
+    for (int k = 0; k < all.count; ++k) {
+      const Eigen::Matrix3d shared = covariance_of(own, place(all.coil[static_cast<std::size_t>(k)]));
+      all.covariance_mm2.block<3, 3>(row, 3 * k) = shared;
+      all.covariance_mm2.block<3, 3>(3 * k, row) = shared.transpose();
+    }
+    const double noise_mm = state_.noise.noise_position_mm();
+    all.covariance_mm2.block<3, 3>(row, row) = covariance_of(own, own);
+    all.covariance_mm2.block<3, 3>(row, row).diagonal().array() += noise_mm * noise_mm;
+    ++all.count;
+  }
+}
+
+// A coil that is less likely right than wrong takes no part, and comes back when it says the same twice: what
+// contradicts itself may be near the prediction by chance. Gives how far the others are off on the whole.
+double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime time, double interval_s) {
+  coil_faults_.age(interval_s, state_.beliefs);
+  measure_innovations(coils);
+  coil_faults_.weigh(innovations_, state_.beliefs);
+  const double steady_mm2 = kSteady * 2 * settings_.sigma_position_mm * settings_.sigma_position_mm;
+  for (int i = 0; i < coils.count; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    CoilObservation& coil = coils.coils[index];
+    DoubtedCoil& doubted = state_.doubted[index];
+    if (!coil.used()) {
+      doubted.is_out = false;  // says nothing, but is no better for that
+      continue;
+    }
+    const Eigen::Vector3d off_mm = off_coil_mm(coil, state_.C);
+    doubted.contradicts_itself = doubted.is_out && (off_mm - doubted.off_mm).squaredNorm() > steady_mm2;
+    if (state_.beliefs[index] >= 0.5 && !doubted.contradicts_itself) {
+      doubted = DoubtedCoil{};
       continue;
     }
     coil.state = CoilState::kOutlier;
-    if (contradicts_itself(off_itself_mm2)) {
-      gated.erratic = time;
-    }
-    gated.since = gated.times == 0 || gated.erratic == time ? time : gated.since;
-    gated.off_mm = innovation;
-    ++gated.times;
+    doubted.off_mm = off_mm;
+    doubted.since = doubted.is_out && !doubted.contradicts_itself ? doubted.since : time;
+    doubted.is_out = true;
   }
-  return count > 2 ? (sum - greatest) / (3 * (count - 1)) : 0;
+  return surprise();
 }
 
-// chi^2 up to which a coil is believed. One that contradicts itself may be near the prediction by chance
-// where little is known: that it is right, N(0, s^2) on an axis, has to be likelier than that it is off by as
-// much as it contradicts itself, N(0, s^2 + w): chi^2 < 3 ln(1 + w / s^2) (1 + s^2 / w).
-double RecursiveEstimator::gate_of(const GatedCoil& gated, double off_itself_mm2,
-                                   const Eigen::Matrix3d& covariance_mm2) const {
-  const double gate = gated.alone_as_well || gated.times >= kOftenerThanASnap ? kAgrees : kGate;
-  if (!is_erratic(gated) || !contradicts_itself(off_itself_mm2)) {
-    return gate;
+// Mean chi^2 a degree of freedom, without the coil that is furthest off, which may be wrong by itself. 0: too
+// few to say.
+double RecursiveEstimator::surprise() const {
+  double sum = 0;
+  double greatest = 0;
+  for (int k = 0; k < innovations_.count; ++k) {
+    const Eigen::Vector3d innovation = innovations_.innovation_mm.segment<3>(3 * k);
+    const Eigen::Matrix3d covariance_mm2 = innovations_.covariance_mm2.block<3, 3>(3 * k, 3 * k);
+    const double capped = std::min(innovation.dot(covariance_mm2.inverse() * innovation), kMaxSurprise);
+    sum += capped;
+    greatest = std::max(greatest, capped);
   }
-  // The difference of two errors: six times the variance of one on an axis.
-  const double w_by_s2 = off_itself_mm2 / (6 * std::cbrt(covariance_mm2.determinant()));
-  return std::min(gate, 3 * std::log1p(w_by_s2) * (1 + 1 / w_by_s2));
-}
-
-bool RecursiveEstimator::contradicts_itself(double off_itself_mm2) const {
-  return off_itself_mm2 > kErratic * 2 * settings_.sigma_position_mm * settings_.sigma_position_mm;
-}
-
-// Such a coil says nothing about the tube. A tube that snaps and goes on snapping takes most coils along.
-bool RecursiveEstimator::is_erratic(const GatedCoil& gated) const {
-  return gated.times > 0 && to_ns(gated.erratic) != 0 && !most_are_gated() &&
-         seconds_between(gated.erratic, state_.newest_em) < kErraticFor_s;
+  return innovations_.count > 2 ? (sum - greatest) / (3 * (innovations_.count - 1)) : 0;
 }
 
 // Of the sideways motion that the measurement with this surprise needs. How surprising a measurement usually
@@ -137,10 +139,10 @@ double RecursiveEstimator::freedom_for(double surprise) {
   return std::max(state_.freedom, kFreedomOfAJerk * jerk);
 }
 
-bool RecursiveEstimator::most_are_gated() const {
-  const auto gated = std::count_if(state_.gated.begin(), state_.gated.end(),
-                                   [](const GatedCoil& coil) { return coil.times > 0; });
-  return 2 * gated > static_cast<std::ptrdiff_t>(instrument_.coils.size());
+bool RecursiveEstimator::most_are_out() const {
+  const auto out = std::count_if(state_.doubted.begin(), state_.doubted.end(),
+                                 [](const DoubtedCoil& coil) { return coil.is_out; });
+  return 2 * out > static_cast<std::ptrdiff_t>(instrument_.coils.size());
 }
 
 // Who is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name one:
@@ -161,23 +163,23 @@ void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& histor
   bool named_before = true;
   double longest_s = 0;
   for (int i = 0; i < alone.count; ++i) {
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
     const CoilObservation& coil = alone.coils[static_cast<std::size_t>(i)];
     const bool named = known && coil.state == CoilState::kOutlier;
-    if (gated.times == 0) {
+    if (!doubted.is_out) {
       names_other = names_other || named;
       continue;
     }
     if (named) {
-      gated.alone_as_well = true;
-      gated.cleared_times = 0;
-      gated.since = frame.measured;
-    } else if (known && coil.used() && !is_erratic(gated)) {
-      ++gated.cleared_times;
-      gated.alone_as_well = gated.alone_as_well && gated.cleared_times < kClearedTimes;
+      doubted.alone_as_well = true;
+      doubted.cleared_times = 0;
+      doubted.since = frame.measured;
+    } else if (known && coil.used() && !doubted.contradicts_itself) {
+      ++doubted.cleared_times;
+      doubted.alone_as_well = doubted.alone_as_well && doubted.cleared_times < kClearedTimes;
     }
-    named_before = named_before && gated.alone_as_well;
-    longest_s = std::max(longest_s, seconds_between(gated.since, frame.measured));
+    named_before = named_before && doubted.alone_as_well;
+    longest_s = std::max(longest_s, seconds_between(doubted.since, frame.measured));
   }
   const bool confirmed =
       to_ns(state_.confirmed) != 0 && seconds_between(state_.confirmed, frame.measured) < kConfirmedFor_s;
@@ -191,26 +193,26 @@ void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
   const bool asked = coils.used_count() >= SingleFrameSolver::kFewestForMajority - 1;
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    GatedCoil& gated = state_.gated[static_cast<std::size_t>(i)];
+    DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
+    double& belief = state_.beliefs[static_cast<std::size_t>(i)];
     if (coil.state == CoilState::kOutlier) {
-      if (!is_erratic(gated)) {
-        gated.alone_as_well = true;
-        gated.off_mm.reset();  // that was another shape
-      }
-      gated.times = 1;
-      gated.since = state_.time;
+      doubted.alone_as_well = true;
+      doubted.is_out = true;
+      doubted.since = state_.time;
+      belief = std::min(belief, kBeliefWhenNamed);
     } else {
-      const bool as_well = gated.alone_as_well && !(coil.used() && asked);
-      gated = GatedCoil{};
-      gated.alone_as_well = as_well;
+      const bool as_well = doubted.alone_as_well && !(coil.used() && asked);
+      doubted = DoubtedCoil{};
+      doubted.alone_as_well = as_well;
+      belief = as_well ? std::min(belief, kBeliefWhenNamed) : coil_faults_.at_first()[0];
     }
   }
 }
 
-void RecursiveEstimator::leave_out_gated(CoilObservations& coils) const {
+void RecursiveEstimator::leave_out_doubted(CoilObservations& coils) const {
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (coil.used() && state_.begun && state_.gated[static_cast<std::size_t>(i)].times > 0) {
+    if (coil.used() && state_.begun && state_.doubted[static_cast<std::size_t>(i)].is_out) {
       coil.state = CoilState::kOutlier;
     }
   }
@@ -220,8 +222,9 @@ void RecursiveEstimator::leave_out_gated(CoilObservations& coils) const {
 void RecursiveEstimator::leave_out_erratic(CoilObservations& coils) const {
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (coil.used() && coils.used_count() > kFewestToBegin &&
-        is_erratic(state_.gated[static_cast<std::size_t>(i)])) {
+    const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
+    if (coil.used() && coils.used_count() > kFewestToBegin && doubted.is_out && doubted.contradicts_itself &&
+        !most_are_out()) {
       coil.state = CoilState::kOutlier;
     }
   }

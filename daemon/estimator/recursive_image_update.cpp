@@ -122,8 +122,7 @@ bool RecursiveEstimator::tip_is_out_of_reach() const {
   const CubicBasis tip = map_.spline().basis(0);
   const Eigen::Vector3d p_world_mm = combine(state_.C, tip.first, tip.value);
   const Eigen::Vector3d tangent_world = combine(state_.C, tip.first, tip.first_derivative);
-  const std::array<Eigen::Index, 4> columns{tip.first, tip.first + 1, tip.first + 2, tip.first + 3};
-  const Eigen::Matrix3d covariance_mm2 = covariance_of(columns, tip.value);
+  const Eigen::Matrix3d covariance_mm2 = covariance_of(ColumnSum(tip), ColumnSum(tip));
   for (std::size_t view = 0; view < views_.count(); ++view) {
     const auto here = views_.camera(view).project(p_world_mm);
     if (!here || !views_.camera(view).contains(here->p_image_px)) {

@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
-constexpr double kOutlierGain = 30.0;  // cost one coil must save to be called an outlier (chi^2, 5 dof, 1e-5)
-constexpr double kSuspectGain = 11.0;  // of one that was an outlier before (0.05)
 // Share of the lines that agree, and how much the coils object (chi^2 a coil, 5 dof): the tube's own image
 // had at least 0.68 and at most 2.2 in all frames tried, another scene's image 0.56 and 4.2 in the median.
 constexpr double kFewestAgreeing = 0.62;
@@ -51,8 +49,8 @@ bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate
   return true;
 }
 
-// A coil that reports OK but contradicts the others: leaving it out must save far more than its own five
-// residuals can explain. With fewer than four usable coils there is no majority to ask.
+// A coil that reports OK but contradicts the others: leaving it out must save more than it was believed. With
+// fewer than four usable coils there is no majority to ask.
 void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
   if (coils.used_count() < kFewestForMajority) {
     return;
@@ -62,7 +60,7 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
   int outlier = -1;
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    const double gain = coil.suspected ? kSuspectGain : kOutlierGain;
+    const double gain = gain_to_leave_out(settings_.coil_faults, coil.belief, settings_.sigma_position_mm);
     if (!coil.used() || cost < most_saved * gain) {  // cheap way out: it cannot save so much
       continue;
     }
