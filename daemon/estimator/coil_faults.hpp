@@ -5,20 +5,9 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/interface/room.hpp"
+#include "daemon/estimator/coil_fault_model.hpp"
 
 namespace tubed {
-
-/// How coils go wrong: each on its own, and right again. A wrong one says nothing of the tube.
-struct CoilFaultModel {
-  double probability = 0.001;  ///< that a right one has gone wrong, at each measurement
-  double lasting_s = 0.5;      ///< mean time that it stays wrong
-  double distance_mm = 30;     ///< standard deviation of its additional error, an axis
-};
-
-/// chi^2 that leaving a coil out of a single measurement must save before that is the likelier explanation,
-/// where it was believed so much and errs by `sigma_mm` on an axis when it is right.
-[[nodiscard]] double gain_to_leave_out(const CoilFaultModel& model, double belief, double sigma_mm);
 
 /// How far the coils of one measurement are off their prediction, and how far they may be.
 struct CoilInnovations {
@@ -32,35 +21,46 @@ struct CoilInnovations {
 /// Belief of each coil as a chain of two states, right or wrong. A measurement is judged by the joint
 /// innovation of all its coils under every subset of wrong ones: right coils N(0, S), wrong ones N(0, S +
 /// distance^2 I). So a coil that the others contradict is told from a tube that has moved otherwise than
-/// expected, for which their innovations are correlated. A value but for its working memory, which is taken
-/// in the constructor.
+/// expected, for which their innovations are correlated. What is carried on is the marginal of each coil.
+/// Working memory is taken in the constructor.
 class CoilFaults {
  public:
-  using Beliefs = std::array<double, kMaxCoils>;  ///< probability of each to be right
-
-  /// Of more coils than so many at most kMaxApart are wrong, or all.
-  static constexpr int kMaxSubsetsOf = 8;
-  static constexpr int kMaxApart = 3;
+  /// Of more coils not all subsets are asked: those that differ in at most kMaxChanges from what was likelier
+  /// before, and that all are wrong. More that go wrong in one measurement are taken for all.
+  static constexpr int kMaxExhaustiveCoils = 8;
+  static constexpr int kMaxChanges = 3;
 
   CoilFaults(const CoilFaultModel& model, int most_coils);
 
-  [[nodiscard]] Beliefs at_first() const;
-  /// What is still believed before the next measurement, `dt_s` after the last.
-  void age(double dt_s, Beliefs& beliefs) const;
+  [[nodiscard]] const CoilFaultModel& model() const { return model_; }
+
   /// Bayes' rule over the subsets; of coils not in `innovations` nothing changes, and of none if the
-  /// covariance is not positive definite.
-  void weigh(const CoilInnovations& innovations, Beliefs& beliefs) noexcept;
+  /// covariance is not positive definite or anything is no number.
+  void weigh(const CoilInnovations& innovations, CoilBeliefs& beliefs) noexcept;
 
  private:
-  void visit(int k, std::uint32_t wrong, int wrong_count, double log_weight) noexcept;
-  double log_likelihood(int k, bool is_wrong) noexcept;
-  void add_subset(std::uint32_t wrong, double log_weight) noexcept;
+  struct Subset {
+    std::uint32_t wrong = 0;  ///< a bit for each of the coils visited
+    int wrong_count = 0;
+    int changes = 0;
+    double log_weight = 0;
+  };
+  /// What the coils before leave of one: its innovation and covariance given theirs.
+  struct Rest {
+    Eigen::Vector3d innovation_mm;
+    Eigen::Matrix3d covariance_mm2;
+  };
+
+  void visit(const CoilInnovations& all, int k, const Subset& subset) noexcept;
+  Rest eliminate(const CoilInnovations& all, int k) noexcept;
+  double log_likelihood(const Rest& rest, int k, bool is_wrong) noexcept;
+  void add(const Subset& subset, int count) noexcept;
 
   CoilFaultModel model_;
-  const CoilInnovations* innovations_ = nullptr;
-  std::array<double, kMaxCoils> log_right_{}, log_wrong_{};  ///< of the prior
-  Eigen::MatrixXd cholesky_;                                 ///< lower, of the coils visited so far
-  Eigen::VectorXd whitened_;
+  std::array<double, kMaxCoils> log_right_{}, log_wrong_{};    ///< of the prior
+  Eigen::MatrixXd cholesky_;                                   ///< lower, below the diagonal blocks
+  std::array<Eigen::Matrix3d, kMaxCoils> inverse_diagonal_{};  ///< of its diagonal blocks
+  std::array<Eigen::Vector3d, kMaxCoils> whitened_{};
   double max_log_ = 0;  ///< sums are relative to it
   double sum_ = 0;
   std::array<double, kMaxCoils> sum_right_{};

@@ -13,7 +13,7 @@ namespace tubed {
 /// One D_i = {p_i, t_i}.
 struct CoilObservation {
   CoilState state = CoilState::kMissing;
-  double belief = 0.999;  ///< probability that it says where it is, from before this measurement
+  double belief = 0.999;  ///< probability that it says where it is, before this measurement was looked at
   double s_mm = 0;        ///< arc length from the tip
   Eigen::Vector3d p_world_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d tangent_world = Eigen::Vector3d::Zero();  ///< unit, toward the tip

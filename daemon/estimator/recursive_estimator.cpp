@@ -12,7 +12,6 @@ namespace tubed {
 namespace {
 
 constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
-constexpr double kBeliefOfDoubted = 0.1;   // of a coil that was left out before
 constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
 
@@ -25,7 +24,7 @@ RecursiveEstimator::State::State(int column_count, Eigen::Index bending_node_cou
       P(Eigen::MatrixXd::Identity(C.size(), C.size())),
       noise(settings),
       error_scale(settings),
-      beliefs(CoilFaults(settings.coil_faults, 0).at_first()),
+      beliefs(beliefs_at_first(settings.coil_faults)),
       bending(Eigen::VectorXd::Ones(bending_node_count)),
       rival(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {}
 
@@ -75,7 +74,7 @@ void RecursiveEstimator::reset() noexcept {
   state_.noise.reset();
   state_.error_scale.reset();
   state_.doubted = {};
-  state_.beliefs = coil_faults_.at_first();
+  state_.beliefs = beliefs_at_first(settings_.coil_faults);
   state_.confirmed = MonotonicTime{};
   state_.usual = UsualSurprise{};
   state_.begun = false;
@@ -109,7 +108,7 @@ CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHisto
     const auto index = static_cast<std::size_t>(i);
     const DoubtedCoil& doubted = state_.doubted[index];
     const bool is_doubtful = doubted.alone_as_well || (doubted.is_out && !snapped);
-    coils.coils[index].belief = is_doubtful ? kBeliefOfDoubted : coil_faults_.at_first()[0];
+    coils.coils[index].belief = is_doubtful ? kBeliefOfDoubted : 1 - settings_.coil_faults.probability;
   }
   return coils;
 }
@@ -177,6 +176,9 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   const EmHistory& history = *observation.em;
   if (state_.begun && newest.measured - state_.newest_em > std::chrono::seconds(1)) {
     state_.begun = false;
+    for (DoubtedCoil& doubted : state_.doubted) {
+      doubted.contradicts_itself = false;  // that was long ago
+    }
   }
   std::size_t waiting = 0;
   for (const EmFrame* frame = &newest;

@@ -44,6 +44,9 @@ class RecursiveEstimator final : public RestShapedEstimator {
   /// bend as the tube does, the printed weight of strain then turns the error into depth.
   static constexpr double kStrainSlack = 4.5;
 
+  /// How far a coil is believed that was left out before, or named by the coils of one measurement.
+  static constexpr double kBeliefOfDoubted = 0.1;
+
   /// Sum of weight[k] times column[k] of the state: a point of the curve, and a coil's error.
   struct ColumnSum {
     explicit ColumnSum(const CubicBasis& basis);
@@ -53,15 +56,15 @@ class RecursiveEstimator final : public RestShapedEstimator {
 
   /// A coil that is less likely right than wrong.
   struct DoubtedCoil {
-    bool is_out = false;                               ///< in the newest measurement
-    MonotonicTime since{};                             ///< steadily
-    bool alone_as_well = false;                        ///< the coils of an instant alone contradict it, too
-    int cleared_times = 0;                             ///< in a row that they were asked and did not
-    Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();  ///< the prediction, the last time; world
-    bool contradicts_itself = false;                   ///< it said something else the time before
+    bool is_out = false;                    ///< of the newest measurement
+    MonotonicTime since{};                  ///< steadily
+    bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                  ///< in a row that they were asked and did not
+    std::optional<Eigen::Vector3d> off_mm;  ///< the shape, the last time; world
+    bool contradicts_itself = false;        ///< it said something else the time before
   };
 
-  /// How far measurements mostly are off the prediction, see judge_coils().
+  /// How far measurements mostly are off the prediction, see freedom_for().
   struct UsualSurprise {
     double mean = 1;  ///< geometric, of the newest
     int count = 0;    ///< that it is the mean of
@@ -84,7 +87,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
     double least_lasting_position_mm = 0;  ///< since it began
     double least_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
-    CoilFaults::Beliefs beliefs;
+    CoilBeliefs beliefs{};
     std::array<DoubtedCoil, kMaxCoils> doubted{};
     MonotonicTime began{};  ///< EM frame of the beginning
     MonotonicTime asked{};  ///< EM frame whose coils alone were last asked who is wrong

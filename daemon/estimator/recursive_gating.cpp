@@ -8,7 +8,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kMaxSurprise = 25;  // chi^2 of a coil, 3 dof: beyond it is wrong (1.5e-5)
+constexpr double kMaxSurprise = 25;  // chi^2 of a coil, 3 dof: more says that it is wrong (1.5e-5)
 // A jerk of the tube: coils further off the prediction than they usually are, by so much and more. In between
 // freedom grows evenly: a rounded digit must not decide.
 constexpr double kJerkFrom = 1.4;
@@ -21,14 +21,13 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
-constexpr double kBeliefWhenNamed = 0.05;  // as likely right again as one measurement after it went wrong
-constexpr double kSteady = 16.3;           // chi^2 of the difference of two measurements, 3 dof: 0.001
-constexpr int kFewestToBegin = 2;          // coils: better a doubtful one among them than no shape at all
-constexpr int kClearedTimes = 3;           // that the coils of a measurement do not name it
+constexpr double kSteady = 16.3;   // chi^2 of the difference of two measurements, 3 dof: 0.001
+constexpr int kFewestToBegin = 2;  // coils: better a doubtful one among them than no shape at all
+constexpr int kClearedTimes = 3;   // that the coils of a measurement do not name it
 
 }  // namespace
 
-// Of points of the curve; the last one is left free.
+// A point of the curve; the fifth column is the caller's.
 RecursiveEstimator::ColumnSum::ColumnSum(const CubicBasis& basis) {
   for (std::size_t k = 0; k < basis.value.size(); ++k) {
     column[k] = basis.first + static_cast<Eigen::Index>(k);
@@ -84,8 +83,11 @@ void RecursiveEstimator::measure_innovations(const CoilObservations& coils) {
 // A coil that is less likely right than wrong takes no part, and comes back when it says the same twice: what
 // contradicts itself may be near the prediction by chance. Gives how far the others are off on the whole.
 double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime time, double interval_s) {
-  coil_faults_.age(interval_s, state_.beliefs);
   measure_innovations(coils);
+  for (int k = 0; k < innovations_.count; ++k) {  // what says nothing is no better for that
+    double& belief = state_.beliefs[static_cast<std::size_t>(innovations_.coil[static_cast<std::size_t>(k)])];
+    belief = aged_belief(settings_.coil_faults, belief, interval_s);
+  }
   coil_faults_.weigh(innovations_, state_.beliefs);
   const double steady_mm2 = kSteady * 2 * settings_.sigma_position_mm * settings_.sigma_position_mm;
   for (int i = 0; i < coils.count; ++i) {
@@ -93,11 +95,12 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     CoilObservation& coil = coils.coils[index];
     DoubtedCoil& doubted = state_.doubted[index];
     if (!coil.used()) {
-      doubted.is_out = false;  // says nothing, but is no better for that
+      doubted.is_out = doubted.contradicts_itself = false;
+      doubted.off_mm.reset();
       continue;
     }
     const Eigen::Vector3d off_mm = off_coil_mm(coil, state_.C);
-    doubted.contradicts_itself = doubted.is_out && (off_mm - doubted.off_mm).squaredNorm() > steady_mm2;
+    doubted.contradicts_itself = doubted.off_mm && (off_mm - *doubted.off_mm).squaredNorm() > steady_mm2;
     if (state_.beliefs[index] >= 0.5 && !doubted.contradicts_itself) {
       doubted = DoubtedCoil{};
       continue;
@@ -196,15 +199,18 @@ void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
     DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
     double& belief = state_.beliefs[static_cast<std::size_t>(i)];
     if (coil.state == CoilState::kOutlier) {
-      doubted.alone_as_well = true;
+      if (!doubted.contradicts_itself) {  // such a one was not asked
+        doubted.alone_as_well = true;
+        doubted.off_mm.reset();  // that was another shape
+      }
       doubted.is_out = true;
       doubted.since = state_.time;
-      belief = std::min(belief, kBeliefWhenNamed);
+      belief = std::min(belief, kBeliefOfDoubted);
     } else {
       const bool as_well = doubted.alone_as_well && !(coil.used() && asked);
       doubted = DoubtedCoil{};
       doubted.alone_as_well = as_well;
-      belief = as_well ? std::min(belief, kBeliefWhenNamed) : coil_faults_.at_first()[0];
+      belief = as_well ? std::min(belief, kBeliefOfDoubted) : 1 - settings_.coil_faults.probability;
     }
   }
 }

@@ -49,8 +49,8 @@ bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate
   return true;
 }
 
-// A coil that reports OK but contradicts the others: leaving it out must save more than it was believed. With
-// fewer than four usable coils there is no majority to ask.
+// A coil that reports OK but contradicts the others: leaving it out must save more than its prior belief
+// costs. With fewer than four usable coils there is no majority to ask.
 void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
   if (coils.used_count() < kFewestForMajority) {
     return;

@@ -27,7 +27,8 @@ struct FilterBench {
     EmFrame frame = measure_coils(room, now, 4, frozen ? 1 : seed);
     frame.tracker_frame = seed;
     for (int i = 0; i < frame.coil_count; ++i) {
-      frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() += shift_mm + (i == outlier ? outlier_mm : 0);
+      frame.coils[static_cast<std::size_t>(i)].p_em_mm.z() +=
+          shift_mm + (i == outlier || i == second_outlier ? outlier_mm : 0);
       if (i == missing) {
         frame.coils[static_cast<std::size_t>(i)] = CoilSample{};
       }
@@ -142,6 +143,7 @@ struct FilterBench {
   std::chrono::milliseconds interval{25};
   bool with_images = true;
   double outlier_mm = 30;
+  int second_outlier = -1;     ///< coil that is wrong beside the one of measure()
   int missing = -1;            ///< coil that drops out
   bool frozen = false;         ///< coils err by the same at each measurement
   Stretch hidden;              ///< of the arc, in the image

@@ -114,6 +114,35 @@ TEST(RecursiveDoubts, AWrongCoilThatDropsOutIsStillWrongWhenItReturns) {
   EXPECT_LT(bench.rms_mm(), 3);
 }
 
+// Nor for two seconds of silence.
+TEST(RecursiveDoubts, AWrongCoilThatIsMissingForLongIsStillWrongWhenItReturns) {
+  FilterBench bench;
+  bench.measure_times(60);
+  for (int i = 0; i < 40; ++i) {
+    bench.measure(0, 2);
+  }
+  bench.missing = 2;
+  bench.measure_times(80);
+  bench.missing = -1;
+  for (int i = 0; i < 20; ++i) {
+    bench.measure(0, 2);
+    EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier) << "measurement " << i;
+  }
+}
+
+TEST(RecursiveDoubts, TwoWrongCoilsAreLeftOutTogether) {
+  FilterBench bench;
+  bench.measure_times(60);
+  const double before = bench.rms_mm();
+  bench.second_outlier = 3;
+  for (int i = 0; i < 20; ++i) {
+    bench.measure(0, 1);
+    EXPECT_EQ(bench.estimate->coils[1].state, CoilState::kOutlier) << "measurement " << i;
+    EXPECT_EQ(bench.estimate->coils[3].state, CoilState::kOutlier) << "measurement " << i;
+  }
+  EXPECT_LT(bench.rms_mm(), before + 3);
+}
+
 // At each image it says the same by chance.
 TEST(RecursiveDoubts, ACoilThatContradictsItselfIsNoSnap) {
   FilterBench bench;
@@ -256,7 +285,7 @@ TEST(RecursiveDoubts, ASnapIsFollowedAtOnce) {
   EXPECT_LT(bench.rms_mm(20), 5);
 }
 
-// Along the rays: the image shows nothing of it, and no coil is so far off that the gate would leave it out.
+// Along the rays: the image shows nothing of it, and no coil is so far off that it would be left out.
 TEST(RecursiveDoubts, ASnapAlongTheRaysIsFollowedAtTheNextImage) {
   FilterBench bench;
   bench.measure_times(43);
