@@ -6,6 +6,7 @@
 #include "daemon/estimator/area_prediction.hpp"
 #include "daemon/estimator/image_timeout.hpp"
 #include "daemon/image/image_checks.hpp"
+#include "daemon/image/mask_cover.hpp"
 #include "daemon/image/view_watch.hpp"
 #include "drivers/replay/sequence_image.hpp"
 
@@ -20,6 +21,7 @@ MonotonicTime at(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9
 
 /// The image half of one camera.
 struct CameraBench {
+  MaskCover cover;
   ImageDoor door;
   VesselnessMeter meter;
   ImageMeasurement measurement;
@@ -33,7 +35,8 @@ struct CameraBench {
   /// `measured`: the camera of what is measured of its images.
   CameraBench(const CameraCalibration& camera, int binning, const CameraCalibration& measured,
               const FrangiSettings& frangi)
-      : door(camera, binning),
+      : cover(camera),
+        door(camera, binning),
         meter(measured.width, measured.height, frangi),
         prediction(measured, frangi),
         watch(camera),
@@ -58,7 +61,9 @@ struct CameraBench {
     frame.height = image.height;
     frame.depth = image.depth;
     frame.geometry = row.geometry;
+    frame.fluoroscopy_on = true;
     frame.pixels = std::move(image.pixels);
+    cover.cover(frame);
     measurement.rejection = door.take(frame, measurement);
     measurement.state =
         measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;

@@ -37,6 +37,7 @@ DriverSettings settings_for(const SimulatedRun& run) {
       .with("hook_radius_mm", run.hook_radius_mm)
       .with("hook_length_mm", run.hook_length_mm)
       .with("panel", run.panel)
+      .with("undisturbed", run.undisturbed)
       .with("swing_deg", run.swing_deg)
       .with("announces_pose", run.announces_pose)
       .with("pose_noise_deg", run.pose_noise_deg)
@@ -91,6 +92,7 @@ std::string command_of(const SimulatedRun& run) {
   if (run.hook_length_mm != 0) text << " --hook-length " << run.hook_length_mm;
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
   if (!run.panel.empty()) text << " --panel " << run.panel;
+  if (run.undisturbed) text << " --undisturbed";
   if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
   if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
   if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
@@ -209,6 +211,7 @@ Scenario scenario_of(const SimulatedRun& run) {
     scenario = in_vessel(std::move(scenario), run.vessel);
   }
   scenario = on_panel(std::move(scenario), run.panel);
+  if (run.undisturbed) scenario = undisturbed(std::move(scenario));
   if (run.second_view_every > 0) {
     if (scenario.room.cameras.size() < 2) {
       throw std::runtime_error("--second-view-every: preset " + run.preset +

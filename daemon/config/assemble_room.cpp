@@ -8,6 +8,7 @@
 
 #include "daemon/config/assemble.hpp"
 #include "idl/geometry/c_arm.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -26,9 +27,19 @@ void check_distances(const CheckedTable& table, const CArm& c_arm, Problems& pro
   }
 }
 
+void check_masks(const CheckedTable& table, const CameraCalibration& camera, Problems& problems) {
+  if (table.sound("masks") && table.sound("width") && table.sound("height")) {
+    const std::string fault = fault_of_masks(camera.masks, camera.width, camera.height);
+    if (!fault.empty()) {
+      problems.push_back({table.at("masks").position, table.path_of("masks"), fault});
+    }
+  }
+}
+
 CameraCalibration camera_calibration(const CheckedTable& table, Problems& problems) {
   CameraCalibration camera;
   read_keys(table, camera_keys(), camera);
+  check_masks(table, camera, problems);
   const CheckedTable& c_arm_table = table.one("c_arm");
   if (!c_arm_table.given) {
     camera.T_camera_world = rigid(table, "T_camera_world", problems);

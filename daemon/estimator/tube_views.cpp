@@ -5,6 +5,7 @@
 
 #include "daemon/image/tube_end.hpp"
 #include "daemon/image/vesselness_meter.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -211,6 +212,11 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
       break;
     }
     path_px[samples++] = found(before) + (line - before) * (found(before + 1) - found(before));
+  }
+  const CameraCalibration& camera = view.camera.calibration();
+  if (std::any_of(path_px.begin(), path_px.begin() + static_cast<std::ptrdiff_t>(samples),
+                  [&](const Eigen::Vector2d& p_px) { return is_masked(camera, p_px); })) {
+    return;  // a tube that goes behind a mask does not end there
   }
   const auto end = find_tube_end(image, {path_px.data(), samples}, ridge_height);
   if (end) {

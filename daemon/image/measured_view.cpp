@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "idl/geometry/image_mask.hpp"
+
 namespace tubed {
 
 namespace {
@@ -52,6 +54,7 @@ int binning_of(const CameraCalibration& camera, std::span<const InstrumentDescri
 
 CameraCalibration binned(CameraCalibration camera, int binning) {
   bin_intrinsics(camera, binning);
+  camera.masks = binned_masks(camera, binning);
   camera.width /= binning;
   camera.height /= binning;
   if (camera.calibration_residual_px) {

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <span>
 
+#include "idl/geometry/image_mask.hpp"
+
 namespace tubed {
 
 namespace {
@@ -85,7 +87,8 @@ int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const
     CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
     const CubicBasis basis = spline.basis(layout.s_mm(i));
     const auto projection = camera.project(combine(C, basis.first, basis.value));
-    line.in_view = projection && camera.contains(projection->p_image_px, kViewMargin_px);
+    line.in_view = projection && camera.contains(projection->p_image_px, kViewMargin_px) &&
+                   !is_masked(camera.calibration(), projection->p_image_px);
     if (!line.in_view) {
       continue;
     }

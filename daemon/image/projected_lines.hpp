@@ -24,9 +24,9 @@ struct LineLayout {
 };
 
 /// Sets base, normal, half width and in_view of the first layout.count lines for the tube with coefficients C
-/// (3 x n, mm, world). A line is in view when its base lies at least 3 px inside the image and the tube does
-/// not run straight toward the source there. `radius_mm` is the tube's. Returns how many are in view; never
-/// allocates.
+/// (3 x n, mm, world). A line is in view when its base lies at least 3 px inside the image and in no
+/// mask of the camera's, and the tube does not run straight toward the source there. `radius_mm` is the
+/// tube's. Returns how many are in view; never allocates.
 int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const Eigen::Matrix3Xd& C,
                   const LineLayout& layout, double radius_mm, CorrespondenceLines& lines);
 

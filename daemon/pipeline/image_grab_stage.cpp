@@ -32,6 +32,9 @@ void ImageGrabStage::take(MonotonicTime now) noexcept {
 }
 
 void ImageGrabStage::hand_over() noexcept {
+  if (cover_ != nullptr) {
+    cover_->cover(mailbox_.back());
+  }
   announcement_.back() = mailbox_.back().exposure;
   announcement_.publish();
   // Before the frame is handed over, so that the verdict is there when the filter has finished.

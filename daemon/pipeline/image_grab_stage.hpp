@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "daemon/image/mask_cover.hpp"
 #include "daemon/pipeline/image_rate_limit.hpp"
 #include "daemon/pipeline/source_session.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
@@ -14,12 +15,14 @@ namespace tubed {
 /// optimizer so that it can wait for the second view of the same instant. A copy goes to the view's watch.
 /// Images that come faster than PipelineSettings::rate_hz are thinned out to it, counted as dropped and told.
 /// `time_offset` is what the source's stamps are late by: taken off before anybody sees them, so that it
-/// holds for every driver; nothing was exposed after it had come. See Stage.
+/// holds for every driver; nothing was exposed after it had come. `cover`: of the camera's masks, likewise.
+/// See Stage.
 class ImageGrabStage final : public Stage {
  public:
   ImageGrabStage(std::unique_ptr<ImageSource> source, const PipelineSettings& settings,
                  TripleBuffer<ImageFrame>& mailbox, TripleBuffer<MonotonicTime>& announcement,
-                 Doorbell& frangi_bell, ViewInlet view = {}, std::chrono::nanoseconds time_offset = {})
+                 Doorbell& frangi_bell, ViewInlet view = {}, std::chrono::nanoseconds time_offset = {},
+                 std::unique_ptr<MaskCover> cover = nullptr)
       : session_(std::move(source), settings),
         limit_(settings.rate_hz),
         rate_hz_(settings.rate_hz),
@@ -27,7 +30,8 @@ class ImageGrabStage final : public Stage {
         announcement_(announcement),
         frangi_bell_(frangi_bell),
         view_(view),
-        time_offset_(time_offset) {}
+        time_offset_(time_offset),
+        cover_(std::move(cover)) {}
 
   void wait(const Clock& clock) noexcept override { session_.wait(clock); }
   bool step(const Clock& clock) noexcept override;
@@ -46,6 +50,7 @@ class ImageGrabStage final : public Stage {
   Doorbell& frangi_bell_;
   ViewInlet view_;
   std::chrono::nanoseconds time_offset_;
+  std::unique_ptr<MaskCover> cover_;  ///< nullptr: there are no masks
   std::uint64_t outputs_ = 0;
   std::uint64_t superseded_ = 0;
   std::uint64_t left_out_ = 0;

@@ -76,10 +76,11 @@ struct Pipeline::Parts {
     cameras.push_back(std::make_unique<CameraHandOver>(camera, measured, frangi));
     CameraHandOver& hand_over = *cameras.back();
     add("grab-" + camera.name,
-        std::make_unique<ImageGrabStage>(std::move(source), settings, hand_over.frames,
-                                         hand_over.announcements, hand_over.frangi_bell,
-                                         ViewInlet{&hand_over.watched, &hand_over.view_bell},
-                                         std::chrono::nanoseconds(std::llround(1e6 * camera.time_offset_ms))),
+        std::make_unique<ImageGrabStage>(
+            std::move(source), settings, hand_over.frames, hand_over.announcements, hand_over.frangi_bell,
+            ViewInlet{&hand_over.watched, &hand_over.view_bell},
+            std::chrono::nanoseconds(std::llround(1e6 * camera.time_offset_ms)),
+            camera.masks.empty() ? nullptr : std::make_unique<MaskCover>(camera)),
         settings.image_grab);
     add("view-" + camera.name,
         std::make_unique<ViewStage>(camera, hand_over.watched, hand_over.views, hand_over.view_bell,

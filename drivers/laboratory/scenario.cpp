@@ -99,6 +99,17 @@ Scenario on_panel(Scenario scenario, std::string_view words) {
   return scenario;
 }
 
+Scenario undisturbed(Scenario scenario) {
+  scenario.console = {};
+  scenario.is_braided = false;
+  scenario.marker_bands_mm.clear();
+  scenario.clutter.second_wire = scenario.clutter.ecg_leads = scenario.clutter.surgery = false;
+  for (CameraCalibration& camera : scenario.room.cameras) {
+    camera.masks.clear();
+  }
+  return scenario;
+}
+
 Catheterisation run_scenario(const Scenario& scenario, const std::function<void(std::size_t)>& progress) {
   const Vessel vessel =
       scenario.vessel_file.empty() ? make_aorta(scenario.patient) : read_vessel(scenario.vessel_file);

@@ -66,6 +66,9 @@ struct Scenario {
   double contrast_from_s = -1;       ///< when contrast agent is injected; negative: never
   double detector_lag = 0;           ///< part of a picture that stays for the next
   std::optional<FlatPanel> panel{};  ///< what the pictures are taken with; nothing: as a console shows them
+  ConsoleSettings console{};         ///< what is done to them on their way
+  bool is_braided = false;           ///< the catheter's wall, with steel wire
+  std::vector<double> marker_bands_mm{};  ///< of gold, on the catheter: middles, from the tip
 
   [[nodiscard]] bool fluoroscopy_on(double t_s) const;
   /// Until the last command has been carried out.
@@ -98,6 +101,10 @@ Scenario with_hook(Scenario scenario, const HookChoice& choice);
 
 /// The scenario with pictures of a panel, parse_panel(`words`), of the same field of view; empty: as it is.
 Scenario on_panel(Scenario scenario, std::string_view words);
+
+/// The scenario with pictures straight from the detector, and without marker bands, braid, wires and clips:
+/// what a console's processing and foreign metal cost is measured against it.
+Scenario undisturbed(Scenario scenario);
 
 /// Runs the scenario's mechanics: its vessel, then all commands; two to four
 /// seconds.

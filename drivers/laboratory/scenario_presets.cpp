@@ -9,6 +9,7 @@
 
 #include "drivers/laboratory/bench_scenario.hpp"
 #include "drivers/laboratory/fluoroscope/c_arm.hpp"
+#include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/scenario.hpp"
 
@@ -233,6 +234,40 @@ Scenario preshaped(std::int64_t seed) {
   return with_hook(std::move(scenario), {kRadius_mm, 0});
 }
 
+/// As "field", seen on the monitor of a console by way of its video output, in a patient who was operated on.
+Scenario console(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "console";
+  scenario.meaning =
+      "field on the 1024 x 1024 pixels of a console's video output: grid lines, vignetting, automatic "
+      "brightness, temporal filter, edge enhancement, steep grey values, burnt-in text (masked); a braided "
+      "catheter with marker bands, sternal wires, clips and leads";
+  FlatPanel output;
+  output.readout = DetectorReadout::kDisplay;
+  output.bits = 8;
+  output.pixel_mm = 0.3;
+  CameraCalibration& camera = scenario.room.cameras.front();
+  camera = with_pixels(camera, output.pixel_mm);
+  camera.cx += (1024 - camera.width) / 2.0;
+  camera.cy += (1024 - camera.height) / 2.0;
+  camera.width = camera.height = 1024;
+  scenario.panel = output;
+  scenario.console.grid_lines = 0.02;
+  scenario.console.vignetting = 0.25;
+  scenario.console.edge_enhancement = 0.8;
+  scenario.console.edge_width_px = 4;
+  scenario.console.recursive_share = 0.35;
+  scenario.console.table_slope = 1.4;
+  scenario.console.brightness_share = 0.3;
+  scenario.console.text = true;
+  camera.masks = Console::text_areas(scenario.console, camera.width, camera.height);
+  scenario.is_braided = true;
+  scenario.marker_bands_mm = {20, 50, 90};
+  scenario.clutter.ecg_leads = true;
+  scenario.clutter.surgery = true;
+  return scenario;
+}
+
 /// As "field", with a catheter of 9 Fr, seen by a panel of today.
 Scenario flat_panel(std::int64_t seed) {
   Scenario scenario = field(seed);
@@ -299,7 +334,7 @@ struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 10> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 11> kPresets{{{"paper", paper},
                                            {"field", field},
                                            {"frozen", frozen},
                                            {"clinical", clinical},
@@ -308,6 +343,7 @@ constexpr std::array<Preset, 10> kPresets{{{"paper", paper},
                                            {"bench", bench},
                                            {"preshaped", preshaped},
                                            {"flatpanel", flat_panel},
+                                           {"console", console},
                                            {"to-and-fro", to_and_fro}}};
 
 }  // namespace

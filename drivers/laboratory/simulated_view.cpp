@@ -12,6 +12,8 @@ namespace tubed {
 namespace {
 
 constexpr double kRodStep_mm = 2;
+constexpr double kGold_per_mm = 7;  ///< at about 65 keV
+constexpr double kSteel_per_mm = 0.6;
 constexpr Eigen::Index kRodPoints = 380;  ///< the whole catheter in the patient, and beyond
 
 /// The route of the scenario's vessel, from the introducer to the valve.
@@ -40,12 +42,26 @@ std::vector<RadiographElectrode> electrodes() {
   return all;
 }
 
-RadiographRod rod_of(const InstrumentDescription& instrument) {
+/// What of the wall is metal: bands of gold, and the wire of a braid. Its crossings are finer than any pixel
+/// here; what is seen of them is a period along the catheter, as rings of flat wire give it.
+void add_metal(const Scenario& scenario, double length_mm, std::vector<RadiographElectrode>& rings) {
+  for (const double s_mm : scenario.marker_bands_mm) {
+    rings.push_back({.s_mm = s_mm, .length_mm = 1.5, .wall_mm = 0.06, .attenuation_per_mm = kGold_per_mm});
+  }
+  constexpr double kBraidPeriod_mm = 1.7;
+  constexpr double kTipWithout_mm = 18;  // a braid ends before the soft tip
+  for (double s_mm = kTipWithout_mm; scenario.is_braided && s_mm < length_mm; s_mm += kBraidPeriod_mm) {
+    rings.push_back({.s_mm = s_mm, .length_mm = 0.6, .wall_mm = 0.05, .attenuation_per_mm = kSteel_per_mm});
+  }
+}
+
+RadiographRod rod_of(const InstrumentDescription& instrument, const Scenario& scenario) {
   RadiographRod rod;
   rod.centreline_room_mm.resize(3, kRodPoints);
   rod.radius_mm = instrument.diameter_mm / 2;
   rod.lumen_radius_mm = std::min(rod.lumen_radius_mm, rod.radius_mm / 2);
   rod.electrodes = electrodes();
+  add_metal(scenario, instrument.length_mm, rod.electrodes);
   for (RadiographElectrode& electrode : rod.electrodes) {
     electrode.radius_mm = rod.radius_mm;
   }
@@ -55,6 +71,7 @@ RadiographRod rod_of(const InstrumentDescription& instrument) {
 RadiographSettings settings_of(const Scenario& scenario) {
   RadiographSettings settings;
   settings.detector.lag = scenario.detector_lag;
+  settings.console = scenario.console;
   const ClutterStates& clutter = scenario.clutter;
   if (clutter.heart_beat || clutter.breathing) {
     add_motion(settings);
@@ -64,6 +81,9 @@ RadiographSettings settings_of(const Scenario& scenario) {
   }
   if (clutter.second_wire || clutter.ecg_leads) {
     add_default_clutter(settings);
+  }
+  if (clutter.surgery) {
+    add_surgery(settings);
   }
   return scenario.panel ? with_panel(std::move(settings), *scenario.panel) : settings;
 }
@@ -100,7 +120,7 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
   const auto& instruments = world.room().instruments;
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     if (world.catheter_of(static_cast<int>(i)) == static_cast<int>(i)) {
-      scene_.catheters.push_back(rod_of(instruments[i]));
+      scene_.catheters.push_back(rod_of(instruments[i], *scenario));
     }
   }
 }

@@ -101,6 +101,9 @@ SimulatedWorld::SimulatedWorld(RoomDescription described, const DriverSettings& 
       scenario = in_vessel(std::move(scenario), vessel_file);
     }
     scenario = on_panel(std::move(scenario), settings.get<std::string>("panel"));
+    if (settings.get<bool>("undisturbed")) {
+      scenario = undisturbed(std::move(scenario));
+    }
     scenario_ = std::make_shared<const Scenario>(std::move(scenario));
     run_ = std::make_shared<const PlayedRun>(shared_run_of(*scenario_), scenario_->steps_per_s);
     view_motion_ = scenario_->view_motion;

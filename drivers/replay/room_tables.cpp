@@ -19,15 +19,21 @@ toml::array rows_of(const RigidTransform& transform) {
 toml::table table_of(const CameraCalibration& camera) {
   toml::array distortion;
   for (const double coefficient : camera.distortion) distortion.push_back(coefficient);
-  return toml::table{{"name", camera.name},
-                     {"width", camera.width},
-                     {"height", camera.height},
-                     {"fx", camera.fx},
-                     {"fy", camera.fy},
-                     {"cx", camera.cx},
-                     {"cy", camera.cy},
-                     {"distortion", std::move(distortion)},
-                     {"T_camera_world", rows_of(camera.T_camera_world)}};
+  toml::table table{{"name", camera.name},
+                    {"width", camera.width},
+                    {"height", camera.height},
+                    {"fx", camera.fx},
+                    {"fy", camera.fy},
+                    {"cx", camera.cx},
+                    {"cy", camera.cy},
+                    {"distortion", std::move(distortion)},
+                    {"T_camera_world", rows_of(camera.T_camera_world)}};
+  if (!camera.masks.empty()) {
+    toml::array masks;
+    for (const int number : camera.masks) masks.push_back(number);
+    table.insert("masks", std::move(masks));
+  }
+  return table;
 }
 
 }  // namespace tubed

@@ -6,6 +6,7 @@
 
 #include "drivers/interface/toml_nesting.hpp"
 #include "drivers/replay/sequence_folder.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -32,6 +33,9 @@ class TableReader {
     }
     return *found;
   }
+
+  /// nullptr: it is not there.
+  const toml::node* optional(std::string_view key) const { return table_.get(key); }
 
   double finite(const toml::node& value, std::string_view key) const {
     const auto number = value.value<double>();
@@ -177,6 +181,26 @@ InstrumentDescription read_catheter(const TableReader& catheter) {
   return instrument;
 }
 
+/// "masks" as in [[camera]] of a configuration; a sequence may have none.
+void read_masks(const TableReader& table, CameraCalibration& camera) {
+  const toml::node* const node = table.optional("masks");
+  if (node == nullptr) {
+    return;
+  }
+  constexpr std::string_view kKey = "masks";
+  for (const toml::node& entry : table.array(*node, kKey)) {
+    const double number = table.finite(entry, kKey);
+    if (!(number >= 0 && number <= kMaxMaskPlace_px && number == std::floor(number))) {
+      table.refuse(entry, "camera.masks has to be pixels: x, y, width, height of each rectangle");
+    }
+    camera.masks.push_back(static_cast<int>(number));
+  }
+  const std::string fault = fault_of_masks(camera.masks, camera.width, camera.height);
+  if (!fault.empty() || camera.masks.size() > 4 * kMaxMasks) {
+    table.refuse(*node, "camera.masks: " + (fault.empty() ? "too many, expected 16 at most" : fault));
+  }
+}
+
 CameraCalibration read_camera(const TableReader& table) {
   CameraCalibration camera;
   camera.name = table.text("name");
@@ -192,6 +216,7 @@ CameraCalibration read_camera(const TableReader& table) {
     camera.distortion[k] = table.finite(distortion[k], "distortion");
   }
   camera.T_camera_world = table.rigid("T_camera_world");
+  read_masks(table, camera);
   return camera;
 }
 

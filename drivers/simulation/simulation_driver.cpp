@@ -28,6 +28,10 @@ std::vector<KeyDescription> simulation_settings() {
           "panel", "", {},
           "what takes a preset's pictures: readout, bits and a pixel's mm where the patient is, such as "
           "\"linear,12,0.2\"; empty = as the preset has it"),
+      key::boolean(
+          "undisturbed", false,
+          "a preset's pictures come straight from the detector, without what a console does to them, "
+          "and without marker bands, braid, wires and leads"),
       key::integer("epoch_ns", 0, "ns", {0, kNoLimit}, "CLOCK_MONOTONIC at which the motion begins"),
       key::real("em_rate_hz", 40.0, "Hz", {1, 1000}, "measurements of the tracker"),
       key::real("lambda_mm", 4.0, "mm", {0, 100}, "amplitude of the position noise, Eq. (19)"),

@@ -10,10 +10,17 @@ namespace {
 
 std::size_t unsigned_of(int number) { return static_cast<std::size_t>(number); }
 
+/// The mean of both, rounded, in place of `row`.
+template <typename Pixel>
+void average(std::span<const Pixel> other, std::span<Pixel> row) {
+  std::transform(row.begin(), row.end(), other.begin(), row.begin(),
+                 [](Pixel a, Pixel b) { return static_cast<Pixel>((a + b + 1) / 2); });
+}
+
 }  // namespace
 
 GreyConverter::GreyConverter(const PictureShape& shape, const GreyCoding& coding)
-    : shape_(shape), levels_(coding), row_(kMaxSide), sums_(kMaxSide) {}
+    : shape_(shape), levels_(coding), row_(kMaxSide), used_(kMaxSide), sums_(kMaxSide) {}
 
 bool GreyConverter::begin(const CardPicture& picture) noexcept {
   const PixelFormatFacts& facts = facts_of(picture.format);
@@ -72,18 +79,40 @@ bool GreyConverter::convert_rows(std::span<const std::uint8_t> bytes, Pixel* pix
   }
   const bool is_copied = levels_.is_identity() && shape_.decimation == 1 && places_.step_x == 1;
   for (int y = 0; y < kept_.height; ++y) {
-    const auto row =
-        bytes.subspan(unsigned_of(kept_.y + y) * picture_.stride + unsigned_of(kept_.x) * pixel_bytes);
     if (is_copied) {
-      unpack_row(picture_.format, row,
-                 std::span(pixels + places_.origin + y * places_.step_y, unsigned_of(kept_.width)));
+      unpack(bytes, kept_.y + y,
+             std::span(pixels + places_.origin + y * places_.step_y, unsigned_of(kept_.width)));
       continue;
     }
     const auto grey = row_memory<Pixel>(kept_.width);
-    unpack_row(picture_.format, row, grey);
+    unpack(bytes, kept_.y + y, grey);
     take_row(grey, y, pixels);
   }
   return true;
+}
+
+bool GreyConverter::is_used(int card_row) const noexcept {
+  return shape_.fields == FieldUse::kBoth || card_row % 2 == (shape_.fields == FieldUse::kTop ? 0 : 1);
+}
+
+/// What of a row the crop keeps; one of the other field from the rows above and below it.
+template <typename Pixel>
+void GreyConverter::unpack(std::span<const std::uint8_t> bytes, int card_row, std::span<Pixel> grey) noexcept {
+  const std::size_t before = unsigned_of(kept_.x) * facts_of(picture_.format).bytes_per_pixel;
+  const auto read = [&](int row, std::span<Pixel> to) {
+    unpack_row(picture_.format, bytes.subspan(unsigned_of(row) * picture_.stride + before), to);
+  };
+  const int last = picture_.size.height - 1;
+  if (is_used(card_row) || last == 0) {
+    read(card_row, grey);
+    return;
+  }
+  read(card_row > 0 ? card_row - 1 : card_row + 1, grey);
+  if (card_row > 0 && card_row < last) {
+    const std::span below(reinterpret_cast<Pixel*>(used_.data()), grey.size());
+    read(card_row + 1, below);
+    average(std::span<const Pixel>(below), grey);
+  }
 }
 
 bool GreyConverter::decode_rows(std::span<const std::uint8_t> bytes, std::uint8_t* pixels) noexcept {
@@ -97,18 +126,46 @@ bool GreyConverter::decode_rows(std::span<const std::uint8_t> bytes, std::uint8_
     return false;
   }
   const auto whole = row_memory<std::uint8_t>(picture_.size.width);
-  const auto grey = whole.subspan(unsigned_of(kept_.x), unsigned_of(kept_.width));
-  for (int y = 0; y < kept_.y + kept_.height; ++y) {
+  // Where one field is used a row that is filled in needs the one below it.
+  const int one_more = shape_.fields == FieldUse::kBoth ? 0 : 1;
+  for (int y = 0; y < std::min(kept_.y + kept_.height + one_more, picture_.size.height); ++y) {
     if (!jpeg_.read_row(whole)) {
       why_ = jpeg_.why();
       return false;
     }
-    if (y >= kept_.y) {
-      take_row(grey, y - kept_.y, pixels);
-    }
+    take_decoded(y, whole, pixels);
   }
   jpeg_.end();
   return true;
+}
+
+/// Rows come one after the other, and each is seen once: one of the other field is filled in when the one
+/// below it has come, the last from the one above.
+void GreyConverter::take_decoded(int card_row, std::span<std::uint8_t> whole, std::uint8_t* pixels) noexcept {
+  const auto take = [&](std::span<std::uint8_t> row, int card) {
+    if (card >= kept_.y && card < kept_.y + kept_.height) {
+      take_row(row.subspan(unsigned_of(kept_.x), unsigned_of(kept_.width)), card - kept_.y, pixels);
+    }
+  };
+  if (shape_.fields == FieldUse::kBoth) {
+    take(whole, card_row);
+    return;
+  }
+  const std::span above(reinterpret_cast<std::uint8_t*>(used_.data()), whole.size());
+  if (is_used(card_row)) {
+    if (card_row > 0) {
+      if (card_row == 1) {
+        std::copy(whole.begin(), whole.end(), above.begin());  // nothing is above row 0
+      } else {
+        average(std::span<const std::uint8_t>(whole), above);
+      }
+      take(above, card_row - 1);
+    }
+    std::copy(whole.begin(), whole.end(), above.begin());
+    take(whole, card_row);
+  } else if (card_row == picture_.size.height - 1) {
+    take(card_row > 0 ? above : whole, card_row);
+  }
 }
 
 template <typename Pixel>

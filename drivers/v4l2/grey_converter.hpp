@@ -48,6 +48,10 @@ class GreyConverter {
   template <typename Pixel>
   bool convert_rows(std::span<const std::uint8_t> bytes, Pixel* pixels) noexcept;
   bool decode_rows(std::span<const std::uint8_t> bytes, std::uint8_t* pixels) noexcept;
+  [[nodiscard]] bool is_used(int card_row) const noexcept;
+  template <typename Pixel>
+  void unpack(std::span<const std::uint8_t> bytes, int card_row, std::span<Pixel> grey) noexcept;
+  void take_decoded(int card_row, std::span<std::uint8_t> whole, std::uint8_t* pixels) noexcept;
   template <typename Pixel>
   void take_row(std::span<Pixel> row, int y, Pixel* pixels) noexcept;
   template <typename Pixel>
@@ -67,6 +71,7 @@ class GreyConverter {
   PictureSize delivered_;
   PicturePlaces places_;
   std::vector<std::uint16_t> row_;   ///< of the card's picture
+  std::vector<std::uint16_t> used_;  ///< the used row before it, where one field is used
   std::vector<std::uint32_t> sums_;  ///< of each square of the rows so far
   std::string_view why_;
 };

@@ -1,6 +1,9 @@
 #include "drivers/v4l2/picture_shape.hpp"
 
+#include <algorithm>
 #include <utility>
+
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -47,6 +50,43 @@ void rotate_clockwise(CameraCalibration& camera) {
   Eigen::Matrix3d R_rotated_camera;
   R_rotated_camera << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   camera.T_camera_world = RigidTransform(R_rotated_camera) * camera.T_camera_world;
+}
+
+/// What of a mask lies in the crop, in pixels of the cropped and decimated picture, each that it touches.
+ImageMask decimated(const ImageMask& mask, const PictureArea& crop, PictureSize size, int by) {
+  const auto span = [by](int from, int count, int crop_from, int limit, int& first) {
+    const int last = std::min((from + count - 1 - crop_from) / by, limit - 1);
+    first = std::max(from - crop_from, 0) / by;
+    return from + count <= crop_from ? 0 : std::max(0, last - first + 1);
+  };
+  ImageMask kept;
+  kept.width = span(mask.x, mask.width, crop.x, size.width, kept.x);
+  kept.height = span(mask.y, mask.height, crop.y, size.height, kept.y);
+  return kept;
+}
+
+/// In a picture of `size`, flipped, then rotated.
+ImageMask turned(ImageMask mask, const PictureShape& shape, PictureSize size) {
+  if (flips_x(shape.flip)) mask.x = size.width - mask.x - mask.width;
+  if (flips_y(shape.flip)) mask.y = size.height - mask.y - mask.height;
+  for (int quarter = 0; quarter < static_cast<int>(shape.rotation); ++quarter) {
+    mask = {size.height - mask.y - mask.height, mask.x, mask.height, mask.width};
+    std::swap(size.width, size.height);
+  }
+  return mask;
+}
+
+std::vector<int> delivered_masks(const PictureShape& shape, const CameraCalibration& card, PictureSize size) {
+  const PictureArea crop = crop_of(shape, {card.width, card.height});
+  std::vector<int> delivered;
+  for (const ImageMask& of_card : masks_of(card)) {
+    const ImageMask kept = decimated(of_card, crop, size, shape.decimation);
+    if (kept.width > 0 && kept.height > 0) {
+      const ImageMask mask = turned(kept, shape, size);
+      delivered.insert(delivered.end(), {mask.x, mask.y, mask.width, mask.height});
+    }
+  }
+  return delivered;
 }
 
 }  // namespace
@@ -100,6 +140,7 @@ CameraCalibration delivered_camera(const PictureShape& shape, const CameraCalibr
   const PictureSize kept{size.width * shape.decimation, size.height * shape.decimation};
   const PictureArea crop = unflipped(crop_of(shape, whole), shape.flip, whole, kept);
   CameraCalibration camera = card;
+  camera.masks = delivered_masks(shape, card, size);
   camera.cx -= crop.x;
   camera.cy -= crop.y;
   decimate(camera, shape.decimation);

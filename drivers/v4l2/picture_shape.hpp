@@ -22,10 +22,20 @@ struct PictureArea {
   friend bool operator==(const PictureArea&, const PictureArea&) = default;
 };
 
-/// From the card's picture to the one delivered, in this order: the crop is cut out, each square of
+/// Which rows of the card's picture are used. Its two fields are 20 or 17 ms apart where the signal is
+/// interlaced: what moves between them has combs.
+enum class FieldUse {
+  kBoth,    ///< all rows, as they come
+  kTop,     ///< rows 0, 2, 4, ...; those between are the means of their neighbours
+  kBottom,  ///< rows 1, 3, 5, ...; likewise
+};
+
+/// From the card's picture to the one delivered, in this order: rows of a field that is not used are filled
+/// in, the crop is cut out, each square of
 /// decimation x decimation pixels becomes its mean (columns and rows that fill no square are left off at the
 /// right and below), the picture is flipped, then rotated.
 struct PictureShape {
+  FieldUse fields = FieldUse::kBoth;
   PictureArea crop{};
   int decimation = 1;
   Flip flip = Flip::kNone;
@@ -61,7 +71,8 @@ struct PicturePlaces {
 /// The camera of the delivered picture. `card`: the camera of the card's whole picture, in which its flip has
 /// been undone (a mirrored picture has no camera whose axes are right-handed). Focal lengths, principal
 /// point, distortion, size and, under a rotation, T_camera_world follow. Precondition: delivered_size() is
-/// not 0 x 0.
+/// not 0 x 0. Its masks follow as well; those of `card` are, as the crop is, of the card's picture as it
+/// comes.
 [[nodiscard]] CameraCalibration delivered_camera(const PictureShape& shape, const CameraCalibration& card);
 
 }  // namespace tubed

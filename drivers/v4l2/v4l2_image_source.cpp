@@ -286,8 +286,9 @@ CardWords V4l2ImageSource::note(MonotonicTime now) const noexcept {
   if (last_ahead_ > MonotonicTime{} && now - last_ahead_ < kTold) {
     say("the card's time stamps lie ahead of their arrival, which is taken instead");
   }
-  if (stream_.is_interlaced()) {
-    say("pictures are interlaced, what moves has combs: set the console to progressive");
+  if (stream_.is_interlaced() && settings_.shape.fields == FieldUse::kBoth) {
+    say("pictures are interlaced, what moves has combs: set the console to progressive, or use one of the "
+        "fields");
   }
   if (settings_.request.rate_hz > 0 && stream_.rate_hz() > 0 &&
       stream_.rate_hz() < 0.9 * settings_.request.rate_hz) {

@@ -19,6 +19,10 @@ KeyDescription pixels(const char* name, std::size_t count, double minimum, const
           .meaning = meaning};
 }
 
+FieldUse fields_of(const std::string& word) {
+  return word == "top" ? FieldUse::kTop : word == "bottom" ? FieldUse::kBottom : FieldUse::kBoth;
+}
+
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(ms * 1e6));
 }
@@ -61,6 +65,9 @@ std::vector<KeyDescription> v4l2_settings() {
       key::integer("input", -1, "", {-1, 63},
                    "input of the card, as `tubectl doctor` counts them; -1 = where it is"),
       key::integer("buffers", 4, "", {2, CardStream::kMaxBuffers}, "pictures that the card may fill ahead"),
+      key::word("fields", "both", {"both", "top", "bottom"},
+                "of an interlaced signal, which fields are used: with one of them what moves has no combs, and "
+                "the rows between are the means of their neighbours"),
       pixels("crop", 4, 0, "[x, y, width, height] of the card's picture that is used; left out = all of it"),
       key::integer("decimation", 1, "", {1, 8}, "each square of so many pixels becomes one, their mean"),
       key::word("flip", "none", {"none", "horizontal", "vertical", "both"},
@@ -90,6 +97,7 @@ V4l2Settings v4l2_settings_of(const DriverSettings& settings) {
   all.request.size = size_of(settings.get<std::vector<std::int64_t>>("size"));
   all.request.rate_hz = settings.get<double>("rate_hz");
   all.request.buffers = static_cast<int>(settings.get<std::int64_t>("buffers"));
+  all.shape.fields = fields_of(settings.get<std::string>("fields"));
   all.shape.crop = area_of(settings.get<std::vector<std::int64_t>>("crop"));
   all.shape.decimation = static_cast<int>(settings.get<std::int64_t>("decimation"));
   all.shape.flip = flip_of(settings.get<std::string>("flip"));

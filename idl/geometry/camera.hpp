@@ -4,8 +4,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "idl/geometry/rigid_transform.hpp"
 #include "idl/geometry/view_geometry.hpp"
@@ -16,6 +19,8 @@ namespace tubed {
 inline constexpr double kMinFocal_px = 1;
 inline constexpr double kMaxFocal_px = 1e6;
 inline constexpr double kMaxPrincipal_px = 1e4;
+inline constexpr double kMaxMaskPlace_px = 8192;
+inline constexpr std::size_t kMaxMasks = 16;
 
 /// What a detector's grey values are of the X-rays that reach a pixel.
 enum class DetectorResponse {
@@ -41,6 +46,9 @@ struct CameraCalibration {
   /// Its images come as seen from the detector, as displays show them: rows are read from right to left, and
   /// pixel coordinates count in what that makes.
   bool mirrored = false;
+  /// Rectangles of its images that show no X-rays, such as burnt-in text: x, y, width and height of each, one
+  /// after the other, in pixels as the source delivers them (before `mirrored`). See masks_of().
+  std::vector<int> masks{};
   double source_isocentre_mm = 0;  ///< of the C-arm behind it; 0: not known
   double source_detector_mm = 0;   ///< the same
   /// By which its images' time stamps, as the source gives them, are late against the tracker's: the exposure
@@ -133,6 +141,13 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       key::flag("mirrored", &S::mirrored,
                 "images come as seen from the detector, as displays show them: each row is read from right "
                 "to left before anything else, and fx .. T_camera_world are of what that makes"),
+      key::optional(
+          key::numbers(
+              "masks", &S::masks, "px", {0, kMaxMaskPlace_px}, {0, 4 * kMaxMasks},
+              "what of its images shows no X-rays, such as burnt-in text: x, y, width, height of each "
+              "rectangle, one after the other, in the images as they come. Covered before anything "
+              "else sees them; nothing is looked for there"),
+          std::vector<std::int64_t>{0, 0, 160, 24}),
       key::number(
           "time_offset_ms", &S::time_offset_ms, "ms", {-1000, 1000},
           "by which the time stamps of its source are late against the tracker's: the exposure is the "

@@ -168,6 +168,9 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
       "--panel", options->run.panel,
       "Take the pictures with a panel: READOUT,BITS,PIXEL_MM, such as linear,12,0.2; linear or log, "
       "9 to 16 bits, mm where the patient is (default: as the preset has it)");
+  verb.add_flag("--undisturbed", options->run.undisturbed,
+                "Take the pictures straight from the detector: no console's processing, marker bands, braid, "
+                "wires and leads");
   verb.add_option("--picture", options->picture,
                   "Draw the vessel, the catheter and the mechanics' figures, PNG");
   verb.add_option("--every", options->run.every, "Only every so many-th exposure")

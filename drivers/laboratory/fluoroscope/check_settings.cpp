@@ -55,6 +55,17 @@ void check(const LumenSettings& lumen) {
   within("washout_s", lumen.washout_s, 1e-3, 1e3);
 }
 
+void check(const ConsoleSettings& console) {
+  within("grid_lines", console.grid_lines, 0, 0.5);
+  within("grid_period_px", console.grid_period_px, 2, 1000);
+  within("vignetting", console.vignetting, 0, 0.95);
+  within("edge_enhancement", console.edge_enhancement, 0, 10);
+  within("edge_width_px", console.edge_width_px, 0.3, 50);
+  within("recursive_share", console.recursive_share, 0, 0.9);
+  within("table_slope", console.table_slope, 1, 10);
+  within("brightness_share", console.brightness_share, 0, 1);
+}
+
 }  // namespace
 
 const RadiographSettings& checked(const RadiographSettings& settings) {
@@ -62,6 +73,7 @@ const RadiographSettings& checked(const RadiographSettings& settings) {
   check(settings.display);
   check(settings.motion);
   check(settings.lumen);
+  check(settings.console);
   return settings;
 }
 

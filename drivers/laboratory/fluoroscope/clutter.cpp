@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <numbers>
 #include <vector>
 
 #include "drivers/laboratory/fluoroscope/contrast_agent.hpp"
+#include "drivers/laboratory/fluoroscope/thorax_anatomy.hpp"
 
 namespace tubed {
 
@@ -62,7 +64,61 @@ RadiographRod lead(std::initializer_list<Vector3d> points) {
   return rod;
 }
 
+/// Round the sternum at height z, its ends twisted together in front.
+void add_sternal_wire(double z, std::vector<RadiographRod>& rods) {
+  const anatomy::CrossSection cage = anatomy::rib_cage(z);
+  const Vector3d middle(cage.x, cage.y - cage.half_depth - 5, z);
+  constexpr double kHalfWidth_mm = 15;
+  constexpr double kHalfDepth_mm = 7;
+  constexpr int kPoints = 24;
+  RadiographRod loop;
+  loop.centreline_room_mm.resize(3, kPoints + 1);
+  for (int i = 0; i <= kPoints; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kPoints;
+    // The two sides lie a little apart in height: the loop is not seen as a line from anywhere.
+    loop.centreline_room_mm.col(i) = middle + Vector3d(kHalfWidth_mm * std::sin(angle),
+                                                       -kHalfDepth_mm * std::cos(angle), 3 * std::sin(angle));
+  }
+  loop.radius_mm = 0.4;
+  loop.lumen_radius_mm = 0;
+  loop.attenuation_per_mm = kSteel_per_mm;
+  const Vector3d front = middle - Vector3d(0, kHalfDepth_mm, 0);
+  rods.push_back(wire({front, front + Vector3d(3, -1, 5), front + Vector3d(5, -1, 9)}, 0.6, kSteel_per_mm));
+  rods.push_back(std::move(loop));
+}
+
 }  // namespace
+
+void add_surgery(RadiographSettings& settings) {
+  settings.surgery.clear();
+  for (const double z : {14.0, -6.0, -30.0, -52.0, -74.0, -96.0}) {
+    add_sternal_wire(z, settings.surgery);
+  }
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d place(24 + 4.0 * (i % 3), -84 + 3.0 * (i % 2), -8 - 13.0 * i);
+    const Vector3d along(i % 2 == 0 ? 2.5 : -1.5, 1, i % 3 == 0 ? 2 : -2.5);
+    settings.surgery.push_back(wire({place - along, place + along}, 0.5, kSteel_per_mm));
+  }
+  // Through the superior vena cava to the right ventricle; its coil is wound of wire, 50 mm long.
+  RadiographRod lead = wire({{24, -88, -130},
+                             {2, -82, -124},
+                             {-26, -66, -112},
+                             {-44, -48, -84},
+                             {-46, -36, -40},
+                             {-43, -26, 10},
+                             {-42, -24, 66},
+                             {-58, -26, 108},
+                             {-84, -26, 140}},
+                            0.9, 0.25);
+  RadiographElectrode coil;
+  coil.s_mm = 40;
+  coil.length_mm = 50;
+  coil.radius_mm = 1.3;
+  coil.wall_mm = 0.15;
+  coil.attenuation_per_mm = 4;
+  lead.electrodes.push_back(coil);
+  settings.surgery.push_back(std::move(lead));
+}
 
 void add_default_clutter(RadiographSettings& settings) {
   settings.second_wire.clear();

@@ -8,6 +8,7 @@
 
 #include "drivers/laboratory/fluoroscope/body_motion.hpp"
 #include "drivers/laboratory/fluoroscope/check_settings.hpp"
+#include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/fluoroscope/contrast_agent.hpp"
 #include "drivers/laboratory/fluoroscope/counted_noise.hpp"
 #include "drivers/laboratory/fluoroscope/exposure.hpp"
@@ -77,6 +78,7 @@ class Radiograph::Implementation {
         shadow_(rays_),
         source_blur_(rays_.width(), rays_.height(), settings.detector.source_blur_px),
         detector_blur_(rays_.width(), rays_.height(), settings.detector.detector_blur_px),
+        console_(settings.console, rays_.width(), rays_.height()),
         collimator_(collimator_window(settings.collimator, rays_.width(), rays_.height())),
         lumen_arc_mm_(arc_lengths_mm(settings.lumen.centreline_room_mm)),
         agent_per_mm_(lumen_arc_mm_.size()),
@@ -99,6 +101,7 @@ class Radiograph::Implementation {
     source_blur_.apply(picture_);
     detect(scene.exposure);
     show(pixels);
+    burn_in(scene, pixels);
     return RadiographOutcome::kExposed;
   }
 
@@ -112,7 +115,7 @@ class Radiograph::Implementation {
       std::copy(rest_transmission_.begin(), rest_transmission_.end(), picture_.begin());
     }
     place_clutter(scene.clutter);
-    if (scene.clutter.second_wire || scene.clutter.ecg_leads) {
+    if (scene.clutter.second_wire || scene.clutter.ecg_leads || scene.clutter.surgery) {
       multiply(clutter_transmission_, picture_);
     }
     add_agent(scene.clutter.contrast_age_s);
@@ -126,6 +129,7 @@ class Radiograph::Implementation {
     if (scene.clutter.collimator) {
       multiply(collimator_, picture_);
     }
+    console_.shade(picture_);
   }
 
   [[nodiscard]] std::size_t bytes_per_image() const {
@@ -136,9 +140,11 @@ class Radiograph::Implementation {
 
  private:
   void place_clutter(const ClutterStates& clutter) {
-    if (clutter.second_wire == placed_wire_ && clutter.ecg_leads == placed_leads_) {
+    if (clutter.second_wire == placed_wire_ && clutter.ecg_leads == placed_leads_ &&
+        clutter.surgery == placed_surgery_) {
       return;
     }
+    placed_surgery_ = clutter.surgery;
     placed_wire_ = clutter.second_wire;
     placed_leads_ = clutter.ecg_leads;
     if (placed_wire_) {
@@ -146,6 +152,9 @@ class Radiograph::Implementation {
     }
     if (placed_leads_) {
       for (const RadiographRod& rod : settings_.ecg_leads) shadow_.add(rod);
+    }
+    if (placed_surgery_) {
+      for (const RadiographRod& rod : settings_.surgery) shadow_.add(rod);
     }
     std::fill(clutter_transmission_.begin(), clutter_transmission_.end(), 1.0F);
     shadow_.apply(clutter_transmission_);
@@ -210,7 +219,18 @@ class Radiograph::Implementation {
     for (std::size_t i = 0; i < picture_.size(); ++i) {
       picture_[i] -= exposure_.large_scale_log[i];
     }
+    console_.process(exposure_.dark, exposure_.bright, picture_);
     to_grey(exposure_.dark, exposure_.bright, pixels);
+  }
+
+  void burn_in(const RadiographScene& scene, std::span<std::uint8_t> pixels) const {
+    if (settings_.display.bits == 8) {
+      console_.burn_in<std::uint8_t>(scene.time_s, scene.exposure, 255, pixels);
+    } else {
+      console_.burn_in<std::uint16_t>(
+          scene.time_s, scene.exposure, static_cast<std::uint16_t>((1 << settings_.display.bits) - 1),
+          {reinterpret_cast<std::uint16_t*>(pixels.data()), pixels.size() / sizeof(std::uint16_t)});
+    }
   }
 
   /// picture_ from `dark` to `bright` as words of the detector.
@@ -231,6 +251,7 @@ class Radiograph::Implementation {
   RodShadow shadow_;
   PointSpread source_blur_;
   PointSpread detector_blur_;
+  Console console_;
   NormalTable normal_;
   std::vector<float> collimator_;
   Eigen::VectorXd lumen_arc_mm_;
@@ -239,6 +260,7 @@ class Radiograph::Implementation {
   std::vector<float> clutter_transmission_;
   bool placed_wire_ = false;
   bool placed_leads_ = false;
+  bool placed_surgery_ = false;
   std::vector<float> picture_;   ///< the exposure being drawn: transmission, quanta, then -log
   std::vector<float> deviates_;  ///< also the line integrals of a moving patient
   std::vector<float> previous_;  ///< detector reading that lags behind

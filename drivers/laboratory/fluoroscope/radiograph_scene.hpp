@@ -36,6 +36,7 @@ struct ClutterStates {
   bool breathing = false;
   /// Since the beginning of an injection of contrast agent into RadiographSettings::lumen; negative: none.
   double contrast_age_s = -1;
+  bool surgery = false;  ///< sternal wires and clips of an operation long ago
 };
 
 /// One exposure.

@@ -66,15 +66,40 @@ struct CollimatorSettings {
   double transmission = 0.004;
 };
 
+/// What a console and its detector add to a picture on its way to a video output. Everything is off by
+/// default.
+struct ConsoleSettings {
+  /// Lines of the anti-scatter grid: their amplitude as a share of the signal, and how far apart they are.
+  double grid_lines = 0;
+  double grid_period_px = 3.3;
+  double vignetting = 0;  ///< share of the signal that is missing in the corners, growing with the square
+  /// Unsharp masking: so many times what a Gaussian of that width takes away is added.
+  double edge_enhancement = 0;
+  double edge_width_px = 2;  ///< standard deviation
+  /// Temporal filter: share of the pictures before that stays, 0 .. 0.9. What moves leaves a ghost.
+  double recursive_share = 0;
+  /// Slope of the S-shaped table of grey values at the middle, 1: a straight line.
+  double table_slope = 1;
+  /// Automatic brightness: which share of a change of the picture's median is taken back with each exposure,
+  /// 0: none is.
+  double brightness_share = 0;
+  bool text = false;  ///< a clock and a counter, burnt in at the upper corners
+
+  [[nodiscard]] bool is_off() const { return *this == ConsoleSettings{}; }
+  bool operator==(const ConsoleSettings&) const = default;
+};
+
 struct RadiographSettings {
   DetectorSettings detector;
   DisplaySettings display;
+  ConsoleSettings console;
   MotionSettings motion;
   LumenSettings lumen;
   CollimatorSettings collimator;
   /// What ClutterStates::second_wire and ecg_leads show; add_default_clutter() of clutter.hpp fills them.
   std::vector<RadiographRod> second_wire;
   std::vector<RadiographRod> ecg_leads;
+  std::vector<RadiographRod> surgery;  ///< of ClutterStates::surgery; add_surgery() fills it
 };
 
 }  // namespace tubed

@@ -196,6 +196,31 @@ TEST(Assemble, ACamerasWhiteLevelIsLearntUnlessItIsGiven) {
             4095);
 }
 
+TEST(Assemble, MasksAreRectanglesInsideTheImage) {
+  const auto with_masks = [](const std::string& masks) {
+    return parse_configuration(base_with("fx = 2000.0", "fx = 2000.0\nmasks = " + masks), "room.toml")
+        .room.cameras.at(0)
+        .masks;
+  };
+  EXPECT_TRUE(parse_configuration(base(), "room.toml").room.cameras.at(0).masks.empty());
+  EXPECT_EQ(with_masks("[0, 0, 160, 24, 300, 0, 100, 24]"),
+            (std::vector<int>{0, 0, 160, 24, 300, 0, 100, 24}));
+  const auto message_of = [&](const std::string& masks) -> std::string {
+    try {
+      with_masks(masks);
+      return "";
+    } catch (const ConfigurationError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_NE(message_of("[0, 0, 160]").find("four numbers for each mask"), std::string::npos)
+      << message_of("[0, 0, 160]");
+  EXPECT_NE(
+      message_of("[300, 0, 101, 24]").find("mask 1: expected a rectangle inside the image of 400 x 600"),
+      std::string::npos)
+      << message_of("[300, 0, 101, 24]");
+}
+
 TEST(Assemble, EveryKeyOfThePaperReachesItsField) {
   std::string text = base();
   text +=

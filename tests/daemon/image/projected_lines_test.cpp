@@ -26,12 +26,13 @@ Camera camera_above() {
 
 /// A straight tube from its tip at `tip_mm` along `direction`, and the lines across it.
 struct StraightTube {
-  StraightTube(const Eigen::Vector3d& tip_mm, const Eigen::Vector3d& direction) {
+  StraightTube(const Eigen::Vector3d& tip_mm, const Eigen::Vector3d& direction,
+               const Camera& camera = camera_above()) {
     Eigen::Matrix3Xd C(3, spline.coefficient_count());
     for (Eigen::Index i = 0; i < C.cols(); ++i) {
       C.col(i) = tip_mm + static_cast<double>(i - 1) * spline.spacing_mm() * direction;
     }
-    in_view = project_lines(camera_above(), spline, C, layout, kRadius_mm, *lines);
+    in_view = project_lines(camera, spline, C, layout, kRadius_mm, *lines);
   }
   UniformCubicBSpline spline{8, kLength_mm};
   LineLayout layout{kLength_mm};
@@ -48,6 +49,17 @@ TEST(ProjectedLines, LieTwoMillimetresApartAcrossTheTube) {
   EXPECT_NEAR(line.base_px.y(), 150 + 2 * (-60 + 20), 1e-9);
   EXPECT_NEAR(std::abs(line.normal.x()), 1, 1e-9);
   EXPECT_NEAR(line.half_width_px, 2 * kRadius_mm, 1e-9);
+}
+
+TEST(ProjectedLines, BehindAMaskAreNotInView) {
+  CameraCalibration calibration = camera_above().calibration();
+  calibration.masks = {90, 70, 20, 40};  // of rows 30, 34, 38 ...: from 70 to 106
+  const StraightTube tube({0, -60, 0}, Eigen::Vector3d::UnitY(), Camera(calibration));
+  EXPECT_EQ(tube.in_view, 51 - 10);
+  EXPECT_TRUE((*tube.lines)[9].in_view);
+  EXPECT_FALSE((*tube.lines)[10].in_view);
+  EXPECT_FALSE((*tube.lines)[19].in_view);
+  EXPECT_TRUE((*tube.lines)[20].in_view);
 }
 
 TEST(ProjectedLines, OutsideTheImageAreNotInView) {

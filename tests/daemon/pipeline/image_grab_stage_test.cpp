@@ -52,6 +52,45 @@ TEST(ImageGrabStage, TheFilterSeesThePixelsWhereTheSourcePutThem) {
   EXPECT_GE(places.size(), 2U) << "the source writes into what the filter reads";
 }
 
+/// Gives images of 1, all white where the mask is.
+class WrittenOnImageSource final : public ImageSource {
+ public:
+  OpenResult open() override { return {true, {}}; }
+  void wait(MonotonicTime /*deadline*/) noexcept override {}
+  ReadOutcome read(ImageFrame& frame) noexcept override {
+    frame.fluoroscopy_on = true;
+    std::fill(frame.pixels.begin(), frame.pixels.end(), std::uint8_t{1});
+    std::fill_n(frame.pixels.begin(), 40 * 5, std::uint8_t{255});
+    return ReadOutcome::kFrame;
+  }
+  void close() noexcept override {}
+};
+
+TEST(ImageGrabStage, WhatIsMaskedGoesNoFurther) {
+  CameraCalibration camera;
+  camera.width = 40;
+  camera.height = 30;
+  camera.masks = {0, 0, 40, 5};
+  TripleBuffer<ImageFrame> mailbox;
+  TripleBuffer<ImageFrame> watched;
+  for (TripleBuffer<ImageFrame>* const frames : {&mailbox, &watched}) {
+    frames->for_each_slot([](ImageFrame& frame) { frame.reserve(40, 30); });
+  }
+  TripleBuffer<MonotonicTime> announcement;
+  Doorbell bell;
+  Doorbell view_bell;
+  ImageGrabStage stage(std::make_unique<WrittenOnImageSource>(), PipelineSettings{}, mailbox, announcement,
+                       bell, {&watched, &view_bell}, {}, std::make_unique<MaskCover>(camera));
+  FakeClock clock;
+  stage.step(clock);
+  ASSERT_TRUE(stage.step(clock));
+  for (TripleBuffer<ImageFrame>* const frames : {&mailbox, &watched}) {
+    ASSERT_TRUE(frames->fetch());
+    const auto& pixels = frames->front().pixels;
+    EXPECT_TRUE(std::all_of(pixels.begin(), pixels.begin() + 40 * 30, [](auto pixel) { return pixel == 1; }));
+  }
+}
+
 /// Stamps every image with the same time.
 class StampingImageSource final : public ImageSource {
  public:

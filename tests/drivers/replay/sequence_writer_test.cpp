@@ -14,6 +14,7 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   Sequence original = read_sequence(source.path());
   original.frames[3].geometry->t_camera_world_mm[1] = 100.0 / 3;
   original.note = "a \"quoted\" note";
+  original.room.cameras[1].masks = {1, 0, 2, 1};
   original.measurements[0].coils[0].p_em_mm.x() = 1.0 / 3;
   original.truth[0].points_world_mm(0, 1) = 1e-17;
   std::vector<GreyImage> images;
@@ -28,6 +29,8 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(copy.note, original.note);
   EXPECT_EQ(copy.room.T_world_em.matrix(), original.room.T_world_em.matrix());
   EXPECT_EQ(copy.room.cameras[1].distortion, original.room.cameras[1].distortion);
+  EXPECT_TRUE(copy.room.cameras[0].masks.empty());
+  EXPECT_EQ(copy.room.cameras[1].masks, original.room.cameras[1].masks);
   EXPECT_EQ(copy.measurements[0].coils[0].p_em_mm.x(), 1.0 / 3);
   EXPECT_EQ(copy.measurements[1].coils[1].status, CoilStatus::kOutOfVolume);
   EXPECT_EQ(copy.truth[0].points_world_mm, original.truth[0].points_world_mm);

@@ -45,6 +45,26 @@ TEST(GreyConverter, GivesWhatOpencvGivesForMotionJpeg) {
   }));
 }
 
+// A bar that moves by 6 px from the first field to the second.
+TEST(GreyConverter, OneFieldOfABarThatMovesHasNoComb) {
+  constexpr int kWidth = 40;
+  constexpr int kHeight = 20;
+  CardBuffer buffer{{PixelFormat::kGrey, {kWidth, kHeight}, kWidth}, std::vector<std::uint8_t>(kWidth * kHeight, 200)};
+  for (int y = 0; y < kHeight; ++y) {
+    const int from = y % 2 == 0 ? 10 : 16;
+    for (int x = from; x < from + 4; ++x) buffer.bytes[static_cast<std::size_t>(y * kWidth + x)] = 50;
+  }
+  for (const auto& [fields, from] : {std::pair{FieldUse::kTop, 10}, {FieldUse::kBottom, 16}}) {
+    GreyConverter converter({.fields = fields}, {});
+    const cv::Mat picture = convert(converter, buffer);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(picture.at<std::uint8_t>(y, x), x >= from && x < from + 4 ? 50 : 200) << x << ", " << y;
+      }
+    }
+  }
+}
+
 TEST(GreyConverter, KeepsEveryValueOfAGreyPixelOfRgb) {
   CardBuffer buffer{{PixelFormat::kRgb24, {256, 1}, 768}, std::vector<std::uint8_t>(768)};
   for (std::size_t x = 0; x < 768; ++x) {

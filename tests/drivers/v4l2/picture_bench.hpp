@@ -84,7 +84,29 @@ inline cv::Mat grey_by_opencv(const CardBuffer& buffer) {
   return cv::imdecode(buffer.bytes, cv::IMREAD_GRAYSCALE);
 }
 
-inline cv::Mat shape_by_opencv(const cv::Mat& grey, const PictureShape& shape) {
+/// Rows of the field that is not used become the means of their neighbours.
+inline cv::Mat one_field_by_opencv(const cv::Mat& grey, FieldUse fields) {
+  if (fields == FieldUse::kBoth || grey.rows < 2) {
+    return grey;
+  }
+  const int used = fields == FieldUse::kTop ? 0 : 1;
+  cv::Mat exact;
+  grey.convertTo(exact, CV_32S);
+  cv::Mat filled = exact.clone();
+  for (int y = 1 - used; y < grey.rows; y += 2) {
+    const int above = y > 0 ? y - 1 : y + 1;
+    const int below = y + 1 < grey.rows ? y + 1 : y - 1;
+    for (int x = 0; x < grey.cols; ++x) {
+      filled.at<int>(y, x) = (exact.at<int>(above, x) + exact.at<int>(below, x) + 1) / 2;
+    }
+  }
+  cv::Mat picture;
+  filled.convertTo(picture, grey.type());
+  return picture;
+}
+
+inline cv::Mat shape_by_opencv(const cv::Mat& card, const PictureShape& shape) {
+  const cv::Mat grey = one_field_by_opencv(card, shape.fields);
   const PictureArea crop = crop_of(shape, {grey.cols, grey.rows});
   const int d = shape.decimation;
   const cv::Size size(crop.width / d, crop.height / d);
@@ -121,6 +143,7 @@ inline double max_difference(const cv::Mat& a, const cv::Mat& b) {
 
 inline PictureShape any_shape(PictureSize card) {
   PictureShape shape;
+  shape.fields = *rc::gen::element(FieldUse::kBoth, FieldUse::kTop, FieldUse::kBottom);
   shape.decimation = *rc::gen::inRange(1, std::min({card.width, card.height, 6}) + 1);
   shape.flip = *rc::gen::element(Flip::kNone, Flip::kHorizontal, Flip::kVertical, Flip::kBoth);
   shape.rotation = *rc::gen::element(Rotation::k0, Rotation::k90, Rotation::k180, Rotation::k270);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/geometry/image_mask.hpp"
 #include "tests/drivers/v4l2/picture_bench.hpp"
 
 namespace tubed {
@@ -60,6 +61,39 @@ TEST(PictureShape, TheCameraFollowsWhatIsCutDecimatedFlippedAndRotated) {
     RC_ASSERT((after->p_image_px - delivered_point(before->p_image_px, shape, card)).norm() < 1e-9);
     RC_ASSERT((PictureSize{camera.width, camera.height} == delivered_size(shape, card)));
     RC_ASSERT(std::abs(camera.T_camera_world.linear().determinant() - 1) < 1e-12);
+  }));
+}
+
+// Pixel by pixel of the card's picture: what it becomes part of is masked when it is.
+TEST(PictureShape, MasksFollowWithThePixelsThatTheyCover) {
+  EXPECT_TRUE(rc::check([] {
+    const PictureSize card{*rc::gen::inRange(4, 40), *rc::gen::inRange(4, 40)};
+    const PictureShape shape = any_shape(card);
+    CameraCalibration whole = card_camera(card);
+    const int x = *rc::gen::inRange(0, card.width);
+    const int y = *rc::gen::inRange(0, card.height);
+    const ImageMask mask{x, y, *rc::gen::inRange(1, card.width - x + 1),
+                         *rc::gen::inRange(1, card.height - y + 1)};
+    whole.masks = {mask.x, mask.y, mask.width, mask.height};
+
+    const CameraCalibration camera = delivered_camera(shape, whole);
+
+    const PictureArea crop = crop_of(shape, card);
+    const PictureSize size{crop.width / shape.decimation, crop.height / shape.decimation};
+    const PicturePlaces places = places_of(shape, size);
+    for (int row = 0; row < size.height; ++row) {
+      for (int column = 0; column < size.width; ++column) {
+        bool has_masked = false;
+        for (int k = 0; k < shape.decimation * shape.decimation; ++k) {
+          has_masked = has_masked || mask.contains(crop.x + column * shape.decimation + k % shape.decimation,
+                                                   crop.y + row * shape.decimation + k / shape.decimation);
+        }
+        const long place = places.origin + column * places.step_x + row * places.step_y;
+        RC_ASSERT(is_masked(camera, Eigen::Vector2d(static_cast<double>(place % camera.width),
+                                                    static_cast<double>(place / camera.width))) ==
+                  has_masked);
+      }
+    }
   }));
 }
 
