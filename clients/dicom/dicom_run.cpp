@@ -4,6 +4,7 @@
 #include <dcmtk/dcmdata/dcrledrg.h>
 #include <dcmtk/dcmdata/dctk.h>
 #include <dcmtk/dcmjpeg/djdecode.h>
+#include <dcmtk/dcmjpls/djdecode.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +29,7 @@ void prepare_dcmtk() {
   std::call_once(once, [] {
     OFLog::configure(OFLogger::OFF_LOG_LEVEL);
     DJDecoderRegistration::registerCodecs();
+    DJLSDecoderRegistration::registerCodecs();
     DcmRLEDecoderRegistration::registerCodecs();
   });
 }
@@ -49,6 +51,7 @@ class RunFile {
     throw DicomError(path_.string() + ": " + words);
   }
 
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string series() { return text(DCM_SeriesInstanceUID); }
   [[nodiscard]] long number() { return std::strtol(text(DCM_InstanceNumber).c_str(), nullptr, 10); }
   [[nodiscard]] int width() const { return columns_; }
@@ -196,7 +199,8 @@ std::vector<DicomFrame> RunFile::decode() {
   const OFString syntax = DcmXfer(dataset().getOriginalXfer()).getXferName();
   if (dataset().chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad()) {
     refuse(std::string("is compressed as \"") + syntax.c_str() +
-           "\", which cannot be decoded here: JPEG, RLE and none can; convert it first, by gdcmconv --raw");
+           "\", which cannot be decoded here: JPEG, JPEG-LS, RLE and none can; convert it first, by gdcmconv "
+           "--raw");
   }
   check_pixels();  // a decoder may say anew how they are stored
   const std::size_t wanted = bytes();
@@ -230,7 +234,7 @@ void RunFile::add_remarks(std::vector<std::string>& remarks) {
   for (const DcmTagKey& turn : {DCM_PositionerPrimaryAngleIncrement, DCM_PositionerSecondaryAngleIncrement}) {
     const std::vector<double> turned_deg = numbers(turn);
     if (std::any_of(turned_deg.begin(), turned_deg.end(), [](double deg) { return std::abs(deg) > 0.1; })) {
-      remarks.emplace_back("the C-arm turns during this run, and its images are sent without poses");
+      remarks.emplace_back("the C-arm turns during this run");
       return;
     }
   }
@@ -273,8 +277,11 @@ void append(RunFile& file, const DicomRunOptions& options, DicomRun& run, double
   std::vector<DicomFrame> frames = file.decode();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].t_s = end_s + (*times)[i];
+    frames[i].file = run.files.size();
+    frames[i].number_in_file = static_cast<int>(i);
     run.frames.push_back(std::move(frames[i]));
   }
+  run.files.push_back(file.path());
   end_s += times->back();
 }
 

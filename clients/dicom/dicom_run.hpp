@@ -21,7 +21,9 @@ class DicomError : public std::runtime_error {
 /// lowest on: no window, no modality transformation; MONOCHROME1 inverted, so that the greatest level is
 /// always white.
 struct DicomFrame {
-  double t_s = 0;  ///< since the first
+  double t_s = 0;          ///< since the first
+  std::size_t file = 0;    ///< of DicomRun::files
+  int number_in_file = 0;  ///< counts from 0
   std::vector<std::uint8_t> pixels;
 };
 
@@ -31,6 +33,7 @@ struct DicomRun {
   int bits_stored = 8;             ///< of each pixel
   double period_s = 0;             ///< mean time from one exposure to the next
   std::vector<DicomFrame> frames;  ///< one at least
+  std::vector<std::filesystem::path> files;
   /// What a person should know: what the detector's response is, that the C-arm turned.
   std::vector<std::string> remarks;
 };
@@ -41,7 +44,7 @@ struct DicomRunOptions {
 };
 
 /// Reads a file, or all files of a folder as one run: of one series, in the order of their InstanceNumber.
-/// Pixels of 8 to 16 bits, uncompressed, RLE, or JPEG (baseline, extended, lossless). Times are
+/// Pixels of 8 to 16 bits, uncompressed, RLE, JPEG (baseline, extended, lossless), or JPEG-LS. Times are
 /// FrameTimeVector (0018,1065), FrameTime (0018,1063), CineRate (0018,0040) or RecommendedDisplayFrameRate
 /// (0008,2144), the first that is there. Reads attributes of pixels, time and the positioner, none of the
 /// patient. Throws DicomError.

@@ -20,6 +20,9 @@ FrangiSettings frangi_settings(const CheckedTable& file);
 /// Registration, cameras and instruments.
 RoomDescription room_description(const CheckedTable& file, Problems& problems);
 
+/// The C-arms of its cameras, as the room has placed them.
+std::vector<std::optional<CArm>> c_arms(const CheckedTable& file);
+
 /// [em.reference]: nothing without the table.
 std::optional<ReferenceDescription> reference_description(const CheckedTable& file, Problems& problems);
 

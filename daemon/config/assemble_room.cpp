@@ -36,6 +36,13 @@ void check_masks(const CheckedTable& table, const CameraCalibration& camera, Pro
   }
 }
 
+CArm c_arm_of(const CheckedTable& table, Problems& problems) {
+  CArm c_arm;
+  read_keys(table, c_arm_keys(), c_arm);
+  c_arm.T_c_arm_world = rigid(table, "T_c_arm_world", problems);
+  return c_arm;
+}
+
 CameraCalibration camera_calibration(const CheckedTable& table, Problems& problems) {
   CameraCalibration camera;
   read_keys(table, camera_keys(), camera);
@@ -45,9 +52,7 @@ CameraCalibration camera_calibration(const CheckedTable& table, Problems& proble
     camera.T_camera_world = rigid(table, "T_camera_world", problems);
     return camera;
   }
-  CArm c_arm;
-  read_keys(c_arm_table, c_arm_keys(), c_arm);
-  c_arm.T_c_arm_world = rigid(c_arm_table, "T_c_arm_world", problems);
+  const CArm c_arm = c_arm_of(c_arm_table, problems);
   check_distances(c_arm_table, c_arm, problems);
   place(c_arm, camera);
   return camera;
@@ -273,6 +278,16 @@ RigidTransform rigid(const CheckedTable& table, const std::string& key, Problems
     problems.push_back({table.at(key).position, table.path_of(key), "expected a rigid transform: " + why});
   }
   return transform.value_or(RigidTransform::Identity());
+}
+
+std::vector<std::optional<CArm>> c_arms(const CheckedTable& file) {
+  std::vector<std::optional<CArm>> arms;
+  Problems told_with_the_room;
+  for (const CheckedTable& camera : file.many("camera")) {
+    const CheckedTable& table = camera.one("c_arm");
+    arms.push_back(table.given ? std::optional(c_arm_of(table, told_with_the_room)) : std::nullopt);
+  }
+  return arms;
 }
 
 RoomDescription room_description(const CheckedTable& file, Problems& problems) {

@@ -14,6 +14,7 @@
 #include "daemon/publishing/shm_settings.hpp"
 #include "drivers/interface/driver_settings.hpp"
 #include "drivers/interface/room.hpp"
+#include "idl/geometry/c_arm.hpp"
 #include "idl/settings/bound_key.hpp"
 
 namespace tubed {
@@ -39,6 +40,8 @@ struct Configuration {
   RoomDescription room;
 
   SourceChoice em_source;
+  /// [camera.c_arm]: one each of room.cameras, same order; nothing where a camera has a pose of its own.
+  std::vector<std::optional<CArm>> c_arms;
   std::vector<SourceChoice> image_sources;    ///< one each of room.cameras, same order
   std::vector<EstimatorSettings> estimators;  ///< one each of room.instruments, same order
 

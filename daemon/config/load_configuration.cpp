@@ -87,6 +87,7 @@ Configuration checked_configuration(std::string_view text, const std::filesystem
   configuration.shm = shm_settings(checked, file.parent_path());
   configuration.frangi = frangi_settings(checked);
   configuration.room = room_description(checked, problems);
+  configuration.c_arms = c_arms(checked);
   configuration.estimators = estimator_settings(checked, problems);
   configuration.em_source = source_choice(checked, checked.one("em"), available, problems);
   check_coil_ports(checked, available, problems);

@@ -75,6 +75,7 @@ RadiographSettings with_panel(RadiographSettings settings, const FlatPanel& pane
   settings.detector.quanta_per_pixel = std::max(settings.detector.quanta_per_pixel / (finer * finer), 1.0);
   settings.detector.electronic_noise /= finer;
   settings.display.compression_width_px *= finer;
+  settings.console.edge_width_px *= finer;
   settings.display.bits = panel.bits;
   settings.display.readout = panel.readout;
   for (double* const px :

@@ -252,14 +252,7 @@ Scenario console(std::int64_t seed) {
   camera.cy += (1024 - camera.height) / 2.0;
   camera.width = camera.height = 1024;
   scenario.panel = output;
-  scenario.console.grid_lines = 0.02;
-  scenario.console.vignetting = 0.25;
-  scenario.console.edge_enhancement = 0.8;
-  scenario.console.edge_width_px = 4;
-  scenario.console.recursive_share = 0.35;
-  scenario.console.table_slope = 1.4;
-  scenario.console.brightness_share = 0.3;
-  scenario.console.text = true;
+  scenario.console = typical_console();
   camera.masks = Console::text_areas(scenario.console, camera.width, camera.height);
   scenario.is_braided = true;
   scenario.marker_bands_mm = {20, 50, 90};

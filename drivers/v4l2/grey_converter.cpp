@@ -97,7 +97,8 @@ bool GreyConverter::is_used(int card_row) const noexcept {
 
 /// What of a row the crop keeps; one of the other field from the rows above and below it.
 template <typename Pixel>
-void GreyConverter::unpack(std::span<const std::uint8_t> bytes, int card_row, std::span<Pixel> grey) noexcept {
+void GreyConverter::unpack(std::span<const std::uint8_t> bytes, int card_row,
+                           std::span<Pixel> grey) noexcept {
   const std::size_t before = unsigned_of(kept_.x) * facts_of(picture_.format).bytes_per_pixel;
   const auto read = [&](int row, std::span<Pixel> to) {
     unpack_row(picture_.format, bytes.subspan(unsigned_of(row) * picture_.stride + before), to);

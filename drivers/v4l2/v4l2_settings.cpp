@@ -65,9 +65,10 @@ std::vector<KeyDescription> v4l2_settings() {
       key::integer("input", -1, "", {-1, 63},
                    "input of the card, as `tubectl doctor` counts them; -1 = where it is"),
       key::integer("buffers", 4, "", {2, CardStream::kMaxBuffers}, "pictures that the card may fill ahead"),
-      key::word("fields", "both", {"both", "top", "bottom"},
-                "of an interlaced signal, which fields are used: with one of them what moves has no combs, and "
-                "the rows between are the means of their neighbours"),
+      key::word(
+          "fields", "both", {"both", "top", "bottom"},
+          "of an interlaced signal, which fields are used: with one of them what moves has no combs, and "
+          "the rows between are the means of their neighbours"),
       pixels("crop", 4, 0, "[x, y, width, height] of the card's picture that is used; left out = all of it"),
       key::integer("decimation", 1, "", {1, 8}, "each square of so many pixels becomes one, their mean"),
       key::word("flip", "none", {"none", "horizontal", "vertical", "both"},

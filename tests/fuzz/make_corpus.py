@@ -3,6 +3,7 @@
 
   make_corpus.py FOLDER    writes FOLDER/TARGET/*
 """
+import base64
 import re
 import struct
 import sys
@@ -243,6 +244,27 @@ DICOM = {
 }
 
 
+# A picture of 16 x 16 grey pixels, JPEG baseline, as Python's base85 has it.
+JPEG = base64.b85decode(
+    '|JeWF01!$>Nk#wx0RR9200961|JwjV01XKW3knDg3knMk4h;_zAQcl55)&sJ9v2`kDKRiEDJ?8BI!Zn>HbyrrEkIX6ModmpQ&KWMT47pHU`kO^PyfIG3kU!Z'
+    '01yEI5di<h03QGV0R;g80RaI400000000000RjUA1qKHQ2?`7U!~nGr00IF60|EpC1qB2I0004f0RjU61Q7)iAu&M)6H#FYB5@QlfsvsIBSNvk6;jdgBr{@i'
+    'f(Z&17Z@2DB_<~*DJnEIHa9pqIzvQ7Mn_0VN>fx-R##YAT4Q8oW@l(=YIAgTc6WGrdV_?8hKGoWijtF*m6n&7nVO=bq@|{(sHv*5v$VCgx45~w!o$SH#>dFX'
+    '%F@%+)z;V8+1laa<K*S$=jiF`@$&QZ_4fDp`TGCb00;pA002J#<aFCkoL5<<+H~TmX||m>uCq<F>BWEl*#')
+
+
+def picture(kind, size, content, coding=0, shape=(0, 0, 0, 0), crop=(0, 0, 0, 0), stride=16):
+    """Levels, shape, crop, format and size of a card's picture, then its bytes."""
+    return bytes([coding, *shape]) + struct.pack("<bbBB", *crop) + bytes([kind, *size]) + struct.pack("<H", stride) + content
+
+
+PICTURES = {
+    **{f"format{kind}": picture(kind, (16, 16), bytes(range(256)) * 3, stride=48) for kind in range(10)},
+    "jpeg": picture(9, (16, 16), JPEG),
+    "turned": picture(0, (16, 16), bytes(range(256)) * 3, 1, (1, 2, 3, 1), (2, 3, 9, 10), 32), "cut": picture(0, (16, 16), bytes(40)),
+    "jpeg_of_a_field": picture(9, (16, 16), JPEG, 2, (2, 1, 1, 3), (1, 1, 12, 12)), "jpeg_cut": picture(9, (16, 16), JPEG[:-40]),
+}
+
+
 def image_step(*changes, size=0, geometry=0):
     return (b"\x01" + bytes([len(changes) | geometry << 7]) + b"".join(bytes([offset]) + value for offset, value in changes) +
             bytes([size]))
@@ -300,7 +322,7 @@ REPORTS = {
 
 CORPORA = {
     "replies": (REPLIES, b"\x1f"), "text": (TEXTS, b""), "can": (CAN, b""), "session": (SESSION, b""), "wire_log": (WIRE_LOGS, b""),
-    "configuration": (CONFIGURATIONS, b""), "sequence": (SEQUENCES, b""), "dicom": (DICOM, b""), "vessel": (VESSELS, b""), "shm_image": (IMAGES, b""),
+    "configuration": (CONFIGURATIONS, b""), "sequence": (SEQUENCES, b""), "dicom": (DICOM, b""), "picture": (PICTURES, b""), "vessel": (VESSELS, b""), "shm_image": (IMAGES, b""),
     "shm_estimate": (ESTIMATES, b""), "estimate": (SAMPLES, b""), "reports": (REPORTS, b""),
 }
 

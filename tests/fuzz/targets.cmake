@@ -30,6 +30,7 @@ tubed_fuzz_target(configuration SOURCES ${config} drivers/driver_registry/find_d
                   LINK idl_geometry idl_settings ${driver_targets} idl tubed_idl tomlplusplus::tomlplusplus OpenSSL::Crypto)
 target_sources(fuzz_configuration PRIVATE ${PROJECT_BINARY_DIR}/fuzz_driver_list.cpp)
 tubed_fuzz_target(sequence LINK drivers_replay)
+tubed_fuzz_target(picture LINK drivers_v4l2)
 if(TARGET clients_dicom)
   tubed_fuzz_target(dicom LINK clients_dicom)
 endif()

@@ -4,7 +4,7 @@
 Debian's kernel boots in QEMU, without KVM, with this machine's root, read only, and its module vivid: what is written to
 /dev/video1 comes out of /dev/video0. TEST (a script of this folder, or a program of PROGRAMS) runs in it as root and its exit
 code is that of this script. KERNEL: where `./run tests` has unpacked a kernel; the machine's own is taken where it has one.
-TUBED_GUEST_SECONDS: how long the guest may take.
+TUBED_GUEST_SECONDS: how long the guest may take. TUBED_GUEST_SHARE: a folder that is /tmp/run in the guest.
 """
 import os
 import pathlib
@@ -132,7 +132,8 @@ def boot(qemu, kernel, folder, programs, test):
         raise RuntimeError(f"a command line of {len(words)} characters: the kernel takes 2047")
     command = [qemu, "-accel", "tcg", "-smp", "1", "-m", "768", "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none",
                "-serial", f"file:{folder / 'console'}", "-kernel", kernel.image, "-initrd", folder / "initrd", "-append", words,
-               *share("root", "/", True), *share("out", folder, False)]
+               *share("root", "/", True), *share("out", folder, False),
+               *(share("run", os.environ["TUBED_GUEST_SHARE"], False) if "TUBED_GUEST_SHARE" in os.environ else ())]
     with open(folder / "qemu", "wb") as sink:
         guest = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=sink, stderr=sink,
                                  preexec_fn=calm.die_with_parent)

@@ -19,6 +19,7 @@ mount -t 9p -o trans=virtio,version=9p2000.L,msize=262144 out /mnt
 exec >/mnt/output 2>&1 </dev/null
 chmod 1777 /tmp /dev/shm
 cd /tmp || finish 1
+mkdir -p run && mount -t 9p -o trans=virtio,version=9p2000.L,msize=262144 run run 2>/dev/null  # where there is one
 
 # One device: a capture node with one HDMI input, and an output node whose pictures it may show.
 IFS=, read -r -a modules <<<"$TUBED_MODULES"

@@ -55,11 +55,16 @@ class VividNode {
     throw std::runtime_error("no choice '" + words + "' of '" + name + "'");
   }
   /// The timings of the signal with so many pixels, as its number among those that the node knows.
-  int number_of_timings(std::uint32_t width, std::uint32_t height) {
+  /// `rate_hz`: pictures a second, to 2 %; 0: any.
+  int number_of_timings(std::uint32_t width, std::uint32_t height, double rate_hz = 0) {
     v4l2_enum_dv_timings each{};
     while (::ioctl(descriptor_, VIDIOC_ENUM_DV_TIMINGS, &each) == 0) {
       const v4l2_bt_timings& bt = each.timings.bt;
-      if (bt.width == width && bt.height == height && bt.interlaced == V4L2_DV_PROGRESSIVE) {
+      const double all = (bt.width + bt.hfrontporch + bt.hsync + bt.hbackporch + 0.0) *
+                         (bt.height + bt.vfrontporch + bt.vsync + bt.vbackporch);
+      const double off_hz = static_cast<double>(bt.pixelclock) / all - rate_hz;
+      if (bt.width == width && bt.height == height && bt.interlaced == V4L2_DV_PROGRESSIVE &&
+          (rate_hz == 0 || (off_hz < 0.02 * rate_hz && off_hz > -0.02 * rate_hz))) {
         return static_cast<int>(each.index);
       }
       ++each.index;

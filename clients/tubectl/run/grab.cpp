@@ -29,6 +29,10 @@ struct GrabArguments {
   std::string video;   // device; empty: the folder is played
   std::string dicom;   // run; empty: the folder is played
   double rate_hz = 0;  // of the run; 0: as it says
+  std::string config;  // whose C-arm the run's angles turn
+  std::string into;    // folder for run and coils; empty: into shared memory
+  std::string coils;   // of that folder
+  double at_s = 0;     // of the run's first image, in the coils' time
   std::string camera;  // empty: the first
   std::string socket;
   std::string group;
@@ -112,8 +116,22 @@ int grab_run(const GrabArguments& arguments) {
                           .group = group_id(arguments.group),
                           .start_monotonic_ns = arguments.start_monotonic_ns,
                           .loop = arguments.loop,
+                          .config = arguments.config,
                           .end = end_of(arguments)},
                          g_asked_to_end));
+}
+
+/// Into a folder instead of shared memory: no daemon reads it.
+int write_folder(const GrabArguments& arguments) {
+  const std::size_t written = write_dicom_folder({.run = arguments.dicom,
+                                                  .rate_hz = arguments.rate_hz,
+                                                  .camera = arguments.camera,
+                                                  .config = arguments.config,
+                                                  .coils = arguments.coils,
+                                                  .at_s = arguments.at_s,
+                                                  .into = arguments.into});
+  std::cerr << "tubectl: next: tubectl reconstruct " << arguments.into << " --out shapes.csv\n";
+  return told(written);
 }
 
 int run_grab(const GrabArguments& arguments, const DriverSettings& video) {
@@ -122,9 +140,16 @@ int run_grab(const GrabArguments& arguments, const DriverSettings& video) {
   if (std::count_if(sources.begin(), sources.end(), [](const auto* given) { return !given->empty(); }) != 1) {
     refuse_usage("grab", "expected a SEQUENCE, --video or --dicom, one of them");
   }
+  if (arguments.socket.empty() == arguments.into.empty()) {
+    refuse_usage("grab", "expected --socket, or with --dicom --into, one of them");
+  }
+  if (!arguments.into.empty() && (arguments.dicom.empty() || arguments.coils.empty())) {
+    refuse_usage("grab", "--into goes with --dicom and --coils");
+  }
   std::signal(SIGINT, [](int) { g_asked_to_end = 1; });
   std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });
   try {
+    if (!arguments.into.empty()) return write_folder(arguments);
     if (!arguments.dicom.empty()) return grab_run(arguments);
     return arguments.video.empty() ? grab(arguments) : grab_card(arguments, video);
   } catch (const std::exception& error) {
@@ -149,8 +174,19 @@ CommandLine add_grab(CommandLine app, int& exit_code) {
   verb.add_option("--rate", arguments->rate_hz, "With --dicom: images a second")
       .positive()
       .default_str("as the run says");
-  verb.add_option("--socket", arguments->socket, "Path of the socket: `device` of the daemon's [[camera]]")
-      .required();
+  verb.add_option(
+          "--config", arguments->config,
+          "With --dicom: configuration of the daemon; each image is sent with the pose that its angles "
+          "give to the [camera.c_arm] there")
+      .default_str("images without poses");
+  verb.add_option("--socket", arguments->socket, "Path of the socket: `device` of the daemon's [[camera]]");
+  verb.add_option("--into", arguments->into,
+                  "With --dicom: no shared memory, but a sequence folder of the run and --coils, for tubectl "
+                  "reconstruct");
+  verb.add_option("--coils", arguments->coils, "With --into: sequence folder whose coils and room are taken");
+  verb.add_option("--at", arguments->at_s,
+                  "With --into: time of the run's first exposure among the coils', s")
+      .capture_default_str();
   verb.add_option("--camera", arguments->camera,
                   "Camera of the sequence, or of the daemon that gets the images of card or run")
       .default_str("the sequence's first; A");

@@ -12,6 +12,7 @@
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/laboratory/fluoroscope/c_arm.hpp"
 #include "drivers/laboratory/fluoroscope/clutter.hpp"
+#include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/fluoroscope/radiograph.hpp"
 #include "drivers/laboratory/fluoroscope/thorax.hpp"
 #ifdef TUBED_READS_CT_SERIES
@@ -38,6 +39,7 @@ struct RadiographArguments {
   double voxel_mm = ThoraxSettings().spacing_mm;
   std::int64_t seed = 1;
   bool bare = false;
+  bool has_console = false;
 };
 
 bool wants(const RadiographArguments& arguments, const char* clutter) {
@@ -67,7 +69,11 @@ RadiographSettings settings_of(const RadiographArguments& arguments) {
     settings.detector.electronic_noise = 0;
   }
   settings.display.bits = arguments.bits;
+  if (arguments.has_console) {
+    settings.console = typical_console();
+  }
   add_default_clutter(settings);
+  add_surgery(settings);
   add_lumen(settings, mean_aorta());
   if (wants(arguments, "heart")) {
     settings.motion.heart_phases = 4;
@@ -87,6 +93,7 @@ RadiographScene scene_of(const RadiographArguments& arguments, int frame) {
   }
   scene.clutter.second_wire = wants(arguments, "wire");
   scene.clutter.ecg_leads = wants(arguments, "leads");
+  scene.clutter.surgery = wants(arguments, "surgery");
   scene.clutter.collimator = wants(arguments, "collimator");
   scene.clutter.heart_beat = wants(arguments, "heart");
   scene.clutter.breathing = wants(arguments, "breathing");
@@ -159,9 +166,9 @@ CommandLine add_radiograph(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--bits", arguments->bits, "8 or 16").is_member({"8", "16"}).capture_default_str();
   verb.add_option("--clutter", arguments->clutter,
-                  "Any of wire, leads, contrast, collimator, heart, breathing")
+                  "Any of wire, leads, surgery, contrast, collimator, heart, breathing")
       .delimiter(',')
-      .is_member({"wire", "leads", "contrast", "collimator", "heart", "breathing"});
+      .is_member({"wire", "leads", "surgery", "contrast", "collimator", "heart", "breathing"});
   verb.add_option("--frames", arguments->frames, "Exposures").in_range(1, 10000).capture_default_str();
   verb.add_option("--rate", arguments->rate_hz, "Exposures a second")
       .in_range(0.1, 1000.0)
@@ -171,6 +178,8 @@ CommandLine add_radiograph(CommandLine app, int& exit_code) {
   verb.add_option("--from-valve", arguments->catheter_from_valve_mm, "Of the catheter's tip, mm")
       .in_range(0.0, 350.0)
       .capture_default_str();
+  verb.add_flag("--console", arguments->has_console,
+                "As a console's video output shows it: grid, vignetting, edge enhancement, text, ...");
   verb.add_flag("--no-catheter", arguments->bare, "The patient alone");
   verb.add_option("--ct", arguments->ct_folder, "Folder with one CT series (DICOM) to take as patient");
   verb.add_option("--voxel", arguments->voxel_mm, "Voxels of the built-in patient, mm")

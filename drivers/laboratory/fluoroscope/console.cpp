@@ -62,6 +62,19 @@ Text counter_text(std::int64_t exposure) {
 
 }  // namespace
 
+ConsoleSettings typical_console() {
+  ConsoleSettings console;
+  console.grid_lines = 0.02;
+  console.vignetting = 0.25;
+  console.edge_enhancement = 0.8;
+  console.edge_width_px = 2;
+  console.recursive_share = 0.35;
+  console.table_slope = 1.4;
+  console.brightness_share = 0.3;
+  console.text = true;
+  return console;
+}
+
 Console::Console(const ConsoleSettings& settings, int width, int height)
     : settings_(settings), width_(width), height_(height), edge_blur_(width, height, settings.edge_width_px) {
   const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

@@ -10,6 +10,9 @@
 
 namespace tubed {
 
+/// What consoles of cathlabs do, all at once and not a little of it, for pixels of 0.6 mm.
+ConsoleSettings typical_console();
+
 /// The console behind one view. The order is that of the hardware: grid and vignetting act on the quanta; in
 /// the logarithm come automatic brightness, temporal filter, unsharp mask and the table of grey values; text
 /// is burnt into the words at the end. Used by one thread; never allocates after construction.

@@ -6,6 +6,7 @@
 #include <dcmtk/dcmjpeg/djencode.h>
 #include <dcmtk/dcmjpeg/djrplol.h>
 #include <dcmtk/dcmjpeg/djrploss.h>
+#include <dcmtk/dcmjpls/djencode.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,6 +68,7 @@ class DicomRunTest : public ::testing::Test {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     DJEncoderRegistration::registerCodecs();
+    DJLSEncoderRegistration::registerCodecs();
     DcmRLEEncoderRegistration::registerCodecs();
   }
   ~DicomRunTest() override { std::filesystem::remove_all(folder_); }
@@ -177,7 +179,8 @@ TEST_F(DicomRunTest, EveryCompressionGivesThePixelsBack) {
   };
   for (const Case& one :
        {Case{"rle", EXS_RLELossless, 16, 0}, Case{"rle8", EXS_RLELossless, 8, 0},
-        Case{"lossless", EXS_JPEGProcess14SV1, 16, 0}, Case{"baseline", EXS_JPEGProcess1, 8, 3},
+        Case{"lossless", EXS_JPEGProcess14SV1, 16, 0}, Case{"JPEG-LS", EXS_JPEGLSLossless, 16, 0},
+        Case{"JPEG-LS 8", EXS_JPEGLSLossless, 8, 0}, Case{"baseline", EXS_JPEGProcess1, 8, 3},
         Case{"extended", EXS_JPEGProcess2_4, 16, 30}, Case{"big endian", EXS_BigEndianExplicit, 16, 0},
         Case{"implicit", EXS_LittleEndianImplicit, 16, 0}}) {
     RunSays says;

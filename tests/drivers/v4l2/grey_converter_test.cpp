@@ -49,7 +49,8 @@ TEST(GreyConverter, GivesWhatOpencvGivesForMotionJpeg) {
 TEST(GreyConverter, OneFieldOfABarThatMovesHasNoComb) {
   constexpr int kWidth = 40;
   constexpr int kHeight = 20;
-  CardBuffer buffer{{PixelFormat::kGrey, {kWidth, kHeight}, kWidth}, std::vector<std::uint8_t>(kWidth * kHeight, 200)};
+  CardBuffer buffer{{PixelFormat::kGrey, {kWidth, kHeight}, kWidth},
+                    std::vector<std::uint8_t>(kWidth * kHeight, 200)};
   for (int y = 0; y < kHeight; ++y) {
     const int from = y % 2 == 0 ? 10 : 16;
     for (int x = from; x < from + 4; ++x) buffer.bytes[static_cast<std::size_t>(y * kWidth + x)] = 50;
