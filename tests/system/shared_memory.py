@@ -1,6 +1,7 @@
 """Images that another process hands in through shared memory, shapes that leave the same way, and deaths at both ends."""
 import collections
 import itertools
+import json
 import os
 import pathlib
 import shutil
@@ -223,8 +224,28 @@ def a_stopped_reader_costs_nothing_and_a_dead_daemon_is_told_within_250_ms(bed):
     check(not reasons_of(reader.samples(lost.read_ns)[-1]) & {"CLOCK_UNSYNCED"}, "clocks")
 
 
+def flashes_are_answered_and_tell_what_the_software_takes(bed):
+    folder = bed.folder / "sequence"
+    sequences.write_sequence(folder, 4)
+    bed.start_daemon(configuration_of(bed, folder, "image_shm", loop=True))
+    door = str(bed.folder / "image-A.sock")
+    done = bed.tubectl("latency", "--glass", door, "--size", f"{sequences.WIDTH},{sequences.HEIGHT}", "--seconds", "16", "--json")
+    check(done.returncode == 0, done.stderr)
+    told = json.loads(done.stdout)
+    shape, stamp = told["glass_to_shape"], told["glass_to_stamp"]
+    say(f"{told['flashes']} flashes, {shape['n']} answered: {shape['p50']:.2f} ms to here, {shape['max']:.2f} at most; "
+        f"{stamp['p50']:.2f} ms to the stamp, images every {told['image_period']:.1f} ms")
+    check(told["flashes"] >= 10 and shape["n"] >= told["flashes"] - 1, f"flashes were not answered: {told}")
+    # The grabber's own pictures are stamped when they flash: a stamp is the flash, and shapes come after it.
+    check(abs(stamp["p50"]) < 0.001 and shape["min"] > 0, f"{told}")
+    check_timing(shape["p50"] < 60, f"{told}")
+    done = bed.tubectl("latency", "--glass", str(bed.folder / "nobody.sock"), "--camera", "A", "--seconds", "3")
+    check(done.returncode == 69 and "takes no image of the noise" in done.stderr, f"{done.returncode}: {done.stderr}")
+
+
 if __name__ == "__main__":
     beds.main(images_of_another_process_cost_less_than_a_millisecond_and_a_half,
               a_killed_grabber_is_told_within_250_ms_and_its_next_start_is_used, shapes_in_shared_memory_are_those_of_dds,
               real_time_threads_wait_for_no_page_of_shared_memory,
-              a_stopped_reader_costs_nothing_and_a_dead_daemon_is_told_within_250_ms)
+              a_stopped_reader_costs_nothing_and_a_dead_daemon_is_told_within_250_ms,
+              flashes_are_answered_and_tell_what_the_software_takes)

@@ -11,6 +11,7 @@
 #include "clients/evaluation/latency_statistics.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/glass.hpp"
 #include "clients/tubectl/watch/silence.hpp"
 #include "idl/dds_entity.hpp"
 #include "idl/kernel_clock.hpp"
@@ -26,6 +27,7 @@ struct LatencyArguments {
   double duration_s = 10;
   double speed_mm_s = 10;
   bool as_json = false;
+  GlassArguments glass;  ///< its `where` empty: no flashes
 };
 
 using StatisticsByInstrument = std::map<std::string, LatencyStatistics>;
@@ -78,6 +80,13 @@ void print(const StatisticsByInstrument& statistics, const LatencyArguments& arg
 
 int run_latency(const LatencyArguments& arguments) {
   try {
+    if (!arguments.glass.where.empty()) {
+      GlassArguments glass = arguments.glass;
+      glass.duration_s = arguments.duration_s;
+      glass.speed_mm_s = arguments.speed_mm_s;
+      glass.as_json = arguments.as_json;
+      return measure_glass(glass, arguments.subscription);
+    }
     TubeSubscriber subscriber(arguments.subscription, Delivery::kEvery);
     const StatisticsByInstrument statistics = listen(subscriber, arguments.duration_s);
     print(statistics, arguments);
@@ -87,7 +96,7 @@ int run_latency(const LatencyArguments& arguments) {
       return kExitUnavailable;
     }
     return kExitOk;
-  } catch (const DdsError& error) {
+  } catch (const std::runtime_error& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
     return kExitUnavailable;
   }
@@ -104,6 +113,17 @@ CommandLine add_latency(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--speed", arguments->speed_mm_s, "Speed of the catheter for latency in mm, mm/s")
       .positive()
+      .capture_default_str();
+  verb.add_option(
+      "--glass", arguments->glass.where,
+      "Flash, and count from the light to the shape. terminal: here, for a capture card that sees this "
+      "monitor; or the path of a socket: no light, a grabber there for driver image_shm, what the software "
+      "takes. Not in an operation: images are white at times");
+  verb.add_option("--camera", arguments->glass.camera, "With --glass SOCKET: its name").capture_default_str();
+  verb.add_option("--size", arguments->glass.size_px, "With --glass SOCKET: width,height of its pictures, px")
+      .delimiter(',')
+      .expected(2, 2)
+      .in_range(64, 2048)
       .capture_default_str();
   verb.add_flag("--json", arguments->as_json, "JSON instead of a table");
   add_dds_options(verb, arguments->subscription);
