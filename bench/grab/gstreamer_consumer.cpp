@@ -60,9 +60,16 @@ void read_by_gstreamer(const CardFormat& format, const OnPicture& on_picture) {
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus* const bus = gst_element_get_bus(pipeline);
   std::string fault;
-  while (!sink.is_enough && fault.empty()) {
-    GstMessage* const message = gst_bus_timed_pop_filtered(bus, 100 * GST_MSECOND, GST_MESSAGE_ERROR);
-    if (message != nullptr) {
+  constexpr int kPatience = 600;  // tenths of a second
+  for (int waited = 0; !sink.is_enough && fault.empty(); ++waited) {
+    GstMessage* const message = gst_bus_timed_pop_filtered(
+        bus, 100 * GST_MSECOND, static_cast<GstMessageType>(GST_MESSAGE_ERROR | GST_MESSAGE_EOS));
+    if (message == nullptr) {
+      fault = waited < kPatience ? "" : "GStreamer: too few pictures within a minute";
+    } else if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS) {
+      fault = sink.is_enough ? "" : "GStreamer: the stream has ended";
+      gst_message_unref(message);
+    } else {
       gst_message_parse_error(message, &error, nullptr);
       fault = std::string("GStreamer: ") + error->message;
       gst_message_unref(message);

@@ -8,9 +8,11 @@
 
 #include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
+#include "daemon/image/measured_view.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/tube_end.hpp"
 #include "daemon/image/vesselness_meter.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -73,7 +75,8 @@ std::optional<TubeSighting> beside_coil(const Lines& lines, double s_mm) {
 }
 
 /// The end, on the path that the lines have found; as TubeViews looks for it, and further.
-std::optional<TubeSighting> end_of(const ImageMeasurement& image, const Lines& lines, float ridge_height) {
+std::optional<TubeSighting> end_of(const ImageMeasurement& image, const Camera& camera, const Lines& lines,
+                                   float ridge_height) {
   for (int i = 0; i < kEndLines; ++i) {
     if (i >= lines.layout.count || !lines.at(i).in_view) return std::nullopt;
   }
@@ -90,6 +93,9 @@ std::optional<TubeSighting> end_of(const ImageMeasurement& image, const Lines& l
     if (before + 1 >= kEndLines) break;
     path_px[samples++] =
         lines.found(before) + (line - before) * (lines.found(before + 1) - lines.found(before));
+  }
+  for (std::size_t i = 0; i < samples; ++i) {
+    if (is_masked(camera.calibration(), path_px[i])) return std::nullopt;
   }
   const auto end = find_tube_end(image, {path_px.data(), samples}, ridge_height);
   constexpr double kMaxVariance_px2 = 16;
@@ -117,7 +123,10 @@ std::vector<TubeSighting> sight_tube(const ConfiguredSequence& run, const Sighti
   const auto lines = std::make_unique<Lines>(instrument.length_mm);
   std::vector<TubeSighting> sightings;
   const auto look = [&](std::size_t row, ImageMeasurement& image, ImageOnDemand& on_demand) {
-    const Camera camera(camera_of(images, images.frames[row]));
+    // As its images are measured.
+    const CameraCalibration of_detector = camera_of(images, images.frames[row]);
+    const int binning = binning_of(of_detector, images.room.instruments);
+    const Camera camera(binned(of_detector, binning));
     const UniformCubicBSpline spline(static_cast<int>(estimate->coefficient_count),
                                      static_cast<double>(estimate->length_mm));
     project_lines(camera, spline, coefficients_of(*estimate), lines->layout, instrument.diameter_mm / 2,
@@ -133,12 +142,13 @@ std::vector<TubeSighting> sight_tube(const ConfiguredSequence& run, const Sighti
       seen->t_s = run.sequence.frames[rows[row]].t_s;
       seen->frame = rows[row];
       seen->coil = coil;
+      seen->p_image_px = unbinned_px(seen->p_image_px, binning);
       sightings.push_back(*seen);
     };
     for (std::size_t k = 0; k < instrument.coils.size(); ++k) {
       add(beside_coil(*lines, instrument.coils[k].offset_from_tip_mm), k);
     }
-    add(end_of(image, *lines, outcome.ridge_height), 0);
+    add(end_of(image, camera, *lines, outcome.ridge_height), 0);
   };
   observe_in_turn(
       images, Images::kMeasured, run.frangi,

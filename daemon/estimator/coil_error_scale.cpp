@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -14,11 +15,13 @@ constexpr double kMostSquare = 9;     // more is an outlier
 constexpr double kLeastFactor = 0.25;
 constexpr double kMostFactor = 1;  // what is wrong may be the image
 
-// The side to which an image sees a point of the tube move: unit, world frame; nothing outside the image.
+// The side to which an image sees a point of the tube move: unit, world frame; nothing outside the image and
+// behind a mask.
 bool seen_side(const Camera& camera, const Eigen::Vector3d& p_world_mm, const Eigen::Vector3d& tangent_world,
                Eigen::Vector3d& side_world) {
   const auto projection = camera.project(p_world_mm);
-  if (!projection || !camera.contains(projection->p_image_px)) {
+  if (!projection || !camera.contains(projection->p_image_px) ||
+      is_masked(camera.calibration(), projection->p_image_px)) {
     return false;
   }
   const Eigen::Vector2d along = projection->J_image_world * tangent_world;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -68,7 +69,7 @@ void PreshapedEstimator::note_views(const Observation& observation, const TubeEs
     Camera& camera = cameras_[view];
     camera.look_from(image->geometry);
     const auto at = camera.project(tip_world_mm);
-    if (at && camera.contains(at->p_image_px)) {
+    if (at && camera.contains(at->p_image_px) && !is_masked(camera.calibration(), at->p_image_px)) {
       tip_shape_.note_view(view, observation.instant,
                            camera.calibration().T_camera_world.linear().row(2).transpose());
     }

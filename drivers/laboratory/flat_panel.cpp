@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kPixelOfSettings_mm = 0.6;  ///< of Sec. 3.1's view: f = 2000 px, 1200 mm
 constexpr double kMaxSide_px = 2048;
+constexpr double kMinGridPeriod_px = 2;  // of lines that coarse pixels can show
 constexpr double kMinPixel_mm = 0.05;
 constexpr double kMaxPixel_mm = 3;
 
@@ -76,6 +77,7 @@ RadiographSettings with_panel(RadiographSettings settings, const FlatPanel& pane
   settings.detector.electronic_noise /= finer;
   settings.display.compression_width_px *= finer;
   settings.console.edge_width_px *= finer;
+  settings.console.grid_period_px = std::max(settings.console.grid_period_px * finer, kMinGridPeriod_px);
   settings.display.bits = panel.bits;
   settings.display.readout = panel.readout;
   for (double* const px :

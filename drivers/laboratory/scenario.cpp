@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/vessel/vessel_file.hpp"
 
@@ -94,6 +95,7 @@ Scenario on_panel(Scenario scenario, std::string_view words) {
     scenario.panel = parse_panel(words);
     for (CameraCalibration& camera : scenario.room.cameras) {
       camera = with_pixels(camera, scenario.panel->pixel_mm);
+      camera.masks = Console::text_areas(scenario.console, camera.width, camera.height);
     }
   }
   return scenario;

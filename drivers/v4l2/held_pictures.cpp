@@ -19,8 +19,9 @@ long corner_of(int index, int count, int side, int block) {
 
 // The difference of two captures of one picture has the variance 2 sigma^2; its mean over the 64 pixels of a
 // block scatters by 2 sigma^2 sqrt(2 / 64): (3 sigma)^2 is 20 of these standard deviations above.
-HeldPictures::HeldPictures(double noise_levels)
-    : limit_(std::max(9 * noise_levels * noise_levels * kBlock * kBlock, kMinSquares)),
+HeldPictures::HeldPictures(double noise_levels, std::vector<ImageMask> masks)
+    : masks_(std::move(masks)),
+      limit_(std::max(9 * noise_levels * noise_levels * kBlock * kBlock, kMinSquares)),
       before_(static_cast<std::size_t>(kBlocksASide * kBlocksASide * kBlock * kBlock)) {}
 
 void HeldPictures::begin(PictureSize size, PixelDepth depth) noexcept {
@@ -40,16 +41,26 @@ bool HeldPictures::is_new(std::span<const std::uint8_t> pixels) noexcept {
 template <typename Pixel>
 bool HeldPictures::compare(const Pixel* pixels) noexcept {
   int changed = 0;
+  int asked = 0;
   std::uint16_t* before = before_.data();
   for (int row = 0; row < down_; ++row) {
     const long y = corner_of(row, down_, size_.height, kBlock);
     for (int column = 0; column < across_; ++column, before += kBlock * kBlock) {
       const long x = corner_of(column, across_, size_.width, kBlock);
-      changed += take_block(pixels + y * size_.width + x, before) ? 1 : 0;
+      if (is_asked(x, y)) {
+        ++asked;
+        changed += take_block(pixels + y * size_.width + x, before) ? 1 : 0;
+      }
     }
   }
   const bool is_first = !std::exchange(has_one_, true);
-  return is_first || 20 * changed >= across_ * down_;
+  return is_first || 20 * changed >= asked;
+}
+
+bool HeldPictures::is_asked(long x, long y) const noexcept {
+  return std::none_of(masks_.begin(), masks_.end(), [=](const ImageMask& mask) {
+    return x < mask.x + mask.width && x + kBlock > mask.x && y < mask.y + mask.height && y + kBlock > mask.y;
+  });
 }
 
 /// True: it has changed. `before` becomes this one.

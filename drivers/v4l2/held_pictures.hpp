@@ -7,6 +7,7 @@
 
 #include "drivers/interface/image_source.hpp"
 #include "drivers/v4l2/picture_shape.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -19,13 +20,14 @@ namespace tubed {
 /// changed when the mean of its squared differences is above (3 sigma)^2, sigma being the noise of the
 /// capture; under a new exposure it is twice the variance of the quantum noise, and more where something
 /// moves. A picture is new when one block in twenty has changed: shutters and saturated areas have no noise,
-/// and a clock or a cursor that goes on is no exposure.
+/// and a clock or a cursor that goes on is no exposure. Blocks that a mask touches are not asked.
 ///
 /// One thread. Nothing but the constructor allocates.
 class HeldPictures {
  public:
   /// `noise_levels`: sigma, grey levels of one picture's pixel, of the pictures compared.
-  explicit HeldPictures(double noise_levels);
+  /// `masks`: of the pictures compared.
+  explicit HeldPictures(double noise_levels, std::vector<ImageMask> masks = {});
 
   /// Pictures of this size will come; the next one is new.
   void begin(PictureSize size, PixelDepth depth) noexcept;
@@ -42,6 +44,9 @@ class HeldPictures {
   template <typename Pixel>
   bool take_block(const Pixel* corner, std::uint16_t* before) const noexcept;
 
+  [[nodiscard]] bool is_asked(long x, long y) const noexcept;
+
+  std::vector<ImageMask> masks_;
   double limit_;  ///< of the sum of squared differences of a block
   PictureSize size_;
   PixelDepth depth_ = PixelDepth::kGrey8;

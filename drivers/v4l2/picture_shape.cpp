@@ -79,7 +79,13 @@ ImageMask turned(ImageMask mask, const PictureShape& shape, PictureSize size) {
 std::vector<int> delivered_masks(const PictureShape& shape, const CameraCalibration& card, PictureSize size) {
   const PictureArea crop = crop_of(shape, {card.width, card.height});
   std::vector<int> delivered;
-  for (const ImageMask& of_card : masks_of(card)) {
+  for (ImageMask of_card : masks_of(card)) {
+    if (shape.fields != FieldUse::kBoth) {
+      // Rows that are filled in are means of those above and below.
+      const int bottom = std::min(of_card.y + of_card.height + 1, card.height);
+      of_card.y = std::max(of_card.y - 1, 0);
+      of_card.height = bottom - of_card.y;
+    }
     const ImageMask kept = decimated(of_card, crop, size, shape.decimation);
     if (kept.width > 0 && kept.height > 0) {
       const ImageMask mask = turned(kept, shape, size);

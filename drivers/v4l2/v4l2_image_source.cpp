@@ -35,7 +35,7 @@ V4l2ImageSource::V4l2ImageSource(CameraCalibration camera, const V4l2Settings& s
       settings_(settings),
       stream_(std::move(device), settings.request),
       converter_(settings.shape, settings.coding),
-      held_(settings.held_noise_levels),
+      held_(settings.held_noise_levels, masks_of(camera_)),
       back_off_(kBetweenTries) {}
 
 OpenResult V4l2ImageSource::open() {

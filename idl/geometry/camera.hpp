@@ -145,7 +145,8 @@ inline BoundKeys<CameraCalibration> camera_keys() {
           key::numbers(
               "masks", &S::masks, "px", {0, kMaxMaskPlace_px}, {0, 4 * kMaxMasks},
               "what of its images shows no X-rays, such as burnt-in text: x, y, width, height of each "
-              "rectangle, one after the other, in the images as they come. Covered before anything "
+              "rectangle, one after the other, in the images as they come (of a card: as crop is). Covered "
+              "before anything "
               "else sees them; nothing is looked for there"),
           std::vector<std::int64_t>{0, 0, 160, 24}),
       key::number(

@@ -63,20 +63,43 @@ int read_count(DcmDataset& dataset, const DcmTagKey& tag) {
   return dataset.findAndGetUint16(tag, value).good() ? value : 0;
 }
 
-/// Increments are relative to the angle of the first frame (PS3.3 C.8.7.5.1.3).
+/// Increments are relative to the angle of the first frame (PS3.3 C.8.7.5.1.3); without any the C-arm stands.
+/// Angles end with the shorter list where there are fewer increments than frames.
 std::vector<GantryAngles> angles_of(const XaHeader& header) {
   const XaAttribute& primary = header.attribute("PositionerPrimaryAngle");
   const XaAttribute& secondary = header.attribute("PositionerSecondaryAngle");
   if (!primary.is_there() || !secondary.is_there()) return {};
-  const auto at = [](const XaAttribute& increments, int frame) {
-    const auto i = static_cast<std::size_t>(frame);
-    return i < increments.values.size() ? increments.values[i] : 0.0;
-  };
+  const XaAttribute& primary_steps = header.attribute("PositionerPrimaryAngleIncrement");
+  const XaAttribute& secondary_steps = header.attribute("PositionerSecondaryAngleIncrement");
   std::vector<GantryAngles> angles;
-  for (int frame = 0; frame < header.frames; ++frame) {
-    angles.push_back(
-        {primary.values[0] + at(header.attribute("PositionerPrimaryAngleIncrement"), frame),
-         secondary.values[0] + at(header.attribute("PositionerSecondaryAngleIncrement"), frame)});
+  for (std::size_t frame = 0; frame < static_cast<std::size_t>(header.frames); ++frame) {
+    const auto ends = [frame](const XaAttribute& steps) {
+      return steps.is_there() && frame >= steps.values.size();
+    };
+    if (ends(primary_steps) || ends(secondary_steps)) break;
+    const auto at = [frame](const XaAttribute& steps) {
+      return steps.is_there() ? steps.values[frame] : 0.0;
+    };
+    angles.push_back({primary.values[0] + at(primary_steps), secondary.values[0] + at(secondary_steps)});
+  }
+  return angles;
+}
+
+/// Enhanced XA: each frame may have angles of its own (PS3.3 C.8.19.6.10), those of the groups that all
+/// frames share are found by read_attribute(). Empty where the frames have none.
+std::vector<GantryAngles> angles_of_groups(DcmDataset& dataset, int frames) {
+  std::vector<GantryAngles> angles;
+  DcmItem* group = nullptr;
+  for (int frame = 0; frame < frames; ++frame) {
+    GantryAngles of_frame;
+    if (dataset.findAndGetSequenceItem(DCM_PerFrameFunctionalGroupsSequence, group, frame).bad() ||
+        group == nullptr ||
+        group->findAndGetFloat64(DCM_PositionerPrimaryAngle, of_frame.primary_deg, 0, OFTrue).bad() ||
+        group->findAndGetFloat64(DCM_PositionerSecondaryAngle, of_frame.secondary_deg, 0, OFTrue).bad() ||
+        !std::isfinite(of_frame.primary_deg) || !std::isfinite(of_frame.secondary_deg)) {
+      break;
+    }
+    angles.push_back(of_frame);
   }
   return angles;
 }
@@ -166,7 +189,7 @@ void make_c_arm(XaHeader& header) {
   if (!detector.is_there()) header.remarks.push_back("missing: DistanceSourceToDetector " + detector.tag);
   const auto pitch = pitch_mm(header);
   const auto isocentre = isocentre_mm(header);
-  header.angles = angles_of(header);
+  if (header.angles.empty()) header.angles = angles_of(header);
   if (header.angles.empty()) {
     header.remarks.emplace_back(
         "missing: PositionerPrimaryAngle (0018,1510) or PositionerSecondaryAngle (0018,1511); taken for 0");
@@ -224,6 +247,7 @@ XaHeader read_xa_header(const std::filesystem::path& file) {
     header.frames = std::clamp<Sint32>(frames, 1, kMaxFrames);
   }
   for (const Wanted& what : wanted()) header.attributes.push_back(read_attribute(dataset, what));
+  header.angles = angles_of_groups(dataset, header.frames);
   make_c_arm(header);
   return header;
 }

@@ -28,7 +28,7 @@ struct XaHeader {
   int rows = 0, columns = 0;  ///< px
   int frames = 1;
   std::vector<XaAttribute> attributes;  ///< all that were looked for, in the order of the standard
-  std::vector<GantryAngles> angles;     ///< one a frame; empty: not stated
+  std::vector<GantryAngles> angles;     ///< one a frame, or of the first frames only; empty: not stated
   /// What a C-arm model can be made of, at the first frame; nothing while a distance or the pitch is missing.
   std::optional<CArm> c_arm;
   std::vector<std::string> remarks;  ///< what was taken for what, and what is missing

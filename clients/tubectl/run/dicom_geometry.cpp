@@ -56,23 +56,57 @@ void tell_difference(const char* key, double run, double configured, std::vector
   }
 }
 
-/// What a file states beside the angles, in place of the configuration's.
-void take_stated(const XaHeader& header, CArm& c_arm, std::vector<std::string>& remarks) {
-  if (!header.c_arm) {
-    return;
+/// The value of a key of [camera.c_arm] that the configuration could have as well.
+bool is_possible(const char* key, double value) {
+  for (const BoundKey<CArm>& bound : c_arm_keys()) {
+    if (bound.key.name == key) return value >= bound.key.minimum && value <= bound.key.maximum;
   }
-  const auto take = [&](const char* attribute, const char* key, double stated, double& value) {
-    if (header.attribute(attribute).is_there()) {
-      tell_difference(key, stated, value, remarks);
-      value = stated;
+  return false;
+}
+
+/// What a file states beside the angles, each by itself, in place of the configuration's.
+void take_stated(const XaHeader& header, CArm& c_arm, std::vector<std::string>& remarks) {
+  const auto take = [&](const char* attribute, const char* key, double& value) {
+    const XaAttribute& stated = header.attribute(attribute);
+    if (!stated.is_there()) return;
+    const double found = stated.values.back();  // of spacings the columns'
+    if (is_possible(key, found)) {
+      tell_difference(key, found, value, remarks);
+      value = found;
+    } else {
+      remarks.push_back(std::string(attribute) + " of the run is " + std::to_string(found) + " " +
+                        stated.unit + ", which no C-arm has: the configuration's " + key + " is used");
     }
   };
-  take("DistanceSourceToDetector", "source_detector_mm", header.c_arm->source_detector_mm,
-       c_arm.source_detector_mm);
-  take("DistanceSourceToIsocenter", "source_isocentre_mm", header.c_arm->source_isocentre_mm,
-       c_arm.source_isocentre_mm);
-  take("ImagerPixelSpacing", "pixel_pitch_mm", header.c_arm->pixel_pitch_mm, c_arm.pixel_pitch_mm);
-  take("ImagerPixelSpacing", "zoom", header.c_arm->zoom, c_arm.zoom);
+  take("DistanceSourceToDetector", "source_detector_mm", c_arm.source_detector_mm);
+  take("DistanceSourceToIsocenter", "source_isocentre_mm", c_arm.source_isocentre_mm);
+  take("ImagerPixelSpacing", "pixel_pitch_mm", c_arm.pixel_pitch_mm);
+  if (header.attribute("ImagerPixelSpacing").is_there() && header.c_arm) {
+    tell_difference("zoom", header.c_arm->zoom, c_arm.zoom, remarks);
+    c_arm.zoom = header.c_arm->zoom;
+  }
+}
+
+/// The run's images have to be those that the configuration's camera describes, and that camera the C-arm's
+/// own.
+void check_camera(const PlacedCamera& placed, const DicomRun& run, const std::string& file) {
+  const CameraCalibration& camera = placed.camera;
+  if (camera.width != run.width || camera.height != run.height) {
+    throw std::runtime_error(file + ": camera '" + camera.name + "' is " + std::to_string(camera.width) +
+                             " x " + std::to_string(camera.height) + " px, the run " +
+                             std::to_string(run.width) + " x " + std::to_string(run.height) +
+                             ": expected the same, or leave out --config");
+  }
+  CameraCalibration by_c_arm = camera;
+  place(placed.c_arm, by_c_arm);
+  constexpr double kSame = 1e-9;
+  if (std::abs(by_c_arm.fx / camera.fx - 1) > kSame ||
+      !by_c_arm.T_camera_world.isApprox(camera.T_camera_world, kSame)) {
+    throw std::runtime_error(
+        file + ": the driver of camera '" + camera.name +
+        "' changes its pictures (decimation, rotation), which a run's are without: write a "
+        "configuration for the run");
+  }
 }
 
 double sigma_deg(const XaHeader& header) {
@@ -110,13 +144,13 @@ void add_once(const std::vector<std::string>& words, std::vector<std::string>& r
 
 DicomGeometries geometries_of(const DicomRun& run, const std::string& config, const std::string& camera) {
   const PlacedCamera configured = placed_camera(config, camera);
+  check_camera(configured, run, config);
   DicomGeometries geometries;
   geometries.of_frames.resize(run.frames.size());
   for (std::size_t file = 0; file < run.files.size(); ++file) {
     const XaHeader header = read_xa_header(run.files[file]);
     if (header.angles.empty()) {
-      geometries.remarks.push_back(run.files[file].string() +
-                                   " states no angles: its images are sent without poses");
+      add_once({"images of files that state no angles have no poses"}, geometries.remarks);
       continue;
     }
     PlacedCamera placed = configured;

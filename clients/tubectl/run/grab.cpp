@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "clients/cpp/shm_image_writer.hpp"
@@ -26,14 +27,14 @@ namespace {
 
 struct GrabArguments {
   std::string folder;
-  std::string video;   // device; empty: the folder is played
-  std::string dicom;   // run; empty: the folder is played
-  double rate_hz = 0;  // of the run; 0: as it says
-  std::string config;  // whose C-arm the run's angles turn
-  std::string into;    // folder for run and coils; empty: into shared memory
-  std::string coils;   // of that folder
-  double at_s = 0;     // of the run's first image, in the coils' time
-  std::string camera;  // empty: the first
+  std::string video;           // device; empty: the folder is played
+  std::string dicom;           // run; empty: the folder is played
+  double rate_hz = 0;          // of the run; 0: as it says
+  std::string config;          // whose C-arm the run's angles turn
+  std::string into;            // folder for run and coils; empty: into shared memory
+  std::string coils;           // of that folder
+  std::optional<double> at_s;  // of the run's first image, in the coils' time
+  std::string camera;          // empty: the first
   std::string socket;
   std::string group;
   std::int64_t start_monotonic_ns = 0;
@@ -128,7 +129,7 @@ int write_folder(const GrabArguments& arguments) {
                                                   .camera = arguments.camera,
                                                   .config = arguments.config,
                                                   .coils = arguments.coils,
-                                                  .at_s = arguments.at_s,
+                                                  .at_s = arguments.at_s.value_or(0),
                                                   .into = arguments.into});
   std::cerr << "tubectl: next: tubectl reconstruct " << arguments.into << " --out shapes.csv\n";
   return told(written);
@@ -145,6 +146,16 @@ int run_grab(const GrabArguments& arguments, const DriverSettings& video) {
   }
   if (!arguments.into.empty() && (arguments.dicom.empty() || arguments.coils.empty())) {
     refuse_usage("grab", "--into goes with --dicom and --coils");
+  }
+  if (arguments.into.empty() && (!arguments.coils.empty() || arguments.at_s)) {
+    refuse_usage("grab", "--coils and --at go with --into");
+  }
+  if (!arguments.into.empty() && (arguments.loop || arguments.duration_s > 0 || !arguments.at_s)) {
+    refuse_usage("grab",
+                 "--into needs --at, the time of the first exposure, and takes neither --loop nor --seconds");
+  }
+  if (arguments.dicom.empty() && (!arguments.config.empty() || arguments.rate_hz > 0)) {
+    refuse_usage("grab", "--config and --rate go with --dicom");
   }
   std::signal(SIGINT, [](int) { g_asked_to_end = 1; });
   std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });
@@ -185,8 +196,7 @@ CommandLine add_grab(CommandLine app, int& exit_code) {
                   "reconstruct");
   verb.add_option("--coils", arguments->coils, "With --into: sequence folder whose coils and room are taken");
   verb.add_option("--at", arguments->at_s,
-                  "With --into: time of the run's first exposure among the coils', s")
-      .capture_default_str();
+                  "With --into: time of the run's first exposure among the coils', s");
   verb.add_option("--camera", arguments->camera,
                   "Camera of the sequence, or of the daemon that gets the images of card or run")
       .default_str("the sequence's first; A");

@@ -102,6 +102,13 @@ std::size_t write_dicom_folder(const DicomFolderArguments& arguments) {
   const std::string& name = coils.room.cameras[static_cast<std::size_t>(camera)].name;
   ReplayedView view = view_of(run);
   add_poses(run, arguments.config, name, view);
+  const auto& measured = coils.measurements;
+  const double end_s = arguments.at_s + run.frames.back().t_s;
+  if (measured.empty() || measured.back().t_s < arguments.at_s || measured.front().t_s > end_s) {
+    throw std::runtime_error("at " + std::to_string(arguments.at_s) + " to " + std::to_string(end_s) +
+                             " s no coil of " + arguments.coils +
+                             " was measured: expected --at on that recording's clock");
+  }
   if (std::filesystem::exists(arguments.into) && !std::filesystem::is_empty(arguments.into)) {
     throw std::runtime_error(arguments.into + " is not empty: give a new folder");
   }

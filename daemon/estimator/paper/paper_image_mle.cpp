@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "daemon/model/dense_solver.hpp"
+#include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
 
@@ -103,7 +104,8 @@ int PaperImageMle::prepare_lines() {
     CorrespondenceLine& line = lines_[i];
     line.base_px = path_[i].p_px;
     line.normal = Eigen::Vector2d(-along.y(), along.x()).normalized();
-    line.in_view = camera_.contains(path_[i].p_px, kViewMargin_px) && along.norm() > kShortest_px_per_mm;
+    line.in_view = camera_.contains(path_[i].p_px, kViewMargin_px) && along.norm() > kShortest_px_per_mm &&
+                   !is_masked(camera_.calibration(), path_[i].p_px);
     in_view += line.in_view ? 1 : 0;
   }
   return in_view;

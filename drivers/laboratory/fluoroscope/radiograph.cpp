@@ -99,6 +99,7 @@ class Radiograph::Implementation {
     }
     expose(scene);
     source_blur_.apply(picture_);
+    console_.shade(picture_);  // a grid stands at the detector
     detect(scene.exposure);
     show(pixels);
     burn_in(scene, pixels);
@@ -129,7 +130,6 @@ class Radiograph::Implementation {
     if (scene.clutter.collimator) {
       multiply(collimator_, picture_);
     }
-    console_.shade(picture_);
   }
 
   [[nodiscard]] std::size_t bytes_per_image() const {

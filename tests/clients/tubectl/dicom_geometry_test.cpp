@@ -31,6 +31,7 @@ struct ArmSays {
   std::string detector_mm = {};
   std::string isocentre_mm = {};
   std::string pitch_mm = {};
+  std::string patient_mm = "700";
   int columns = kSide, rows = kSide;
 };
 
@@ -60,7 +61,7 @@ class DicomGeometryTest : public ::testing::Test {
     say(DCM_PositionerSecondaryAngle, says.secondary_deg);
     say(DCM_PositionerPrimaryAngleIncrement, says.primary_increments_deg);
     say(DCM_DistanceSourceToDetector, says.detector_mm);
-    dataset.putAndInsertString(DCM_DistanceSourceToPatient, "700");
+    say(DCM_DistanceSourceToPatient, says.patient_mm);
     if (!says.isocentre_mm.empty()) {
       dataset.putAndInsertFloat64(DCM_DistanceSourceToIsocenter, std::stod(says.isocentre_mm));
     }
@@ -161,7 +162,58 @@ TEST_F(DicomGeometryTest, WithoutAnglesThereIsNoPoseAndThatIsTold) {
   const DicomGeometries found = geometries_of(run({.primary_deg = ""}), configuration(kArm), "A");
   EXPECT_FALSE(found.of_frames[0]);
   ASSERT_EQ(found.remarks.size(), 1U);
-  EXPECT_NE(found.remarks[0].find("states no angles"), std::string::npos);
+  EXPECT_NE(found.remarks[0].find("state no angles"), std::string::npos);
+}
+
+TEST_F(DicomGeometryTest, WhatIsStatedIsTakenWhateverElseIsMissing) {
+  const DicomGeometries found = geometries_of(
+      run({.detector_mm = "1100", .pitch_mm = "0.6\\0.6", .patient_mm = ""}), configuration(kArm), "A");
+  ASSERT_TRUE(found.of_frames[0]);
+  EXPECT_DOUBLE_EQ(found.of_frames[0]->fx, 1100 / 0.6);
+  const DicomGeometries metres = geometries_of(run({.detector_mm = "1.1"}), configuration(kArm), "A");
+  EXPECT_DOUBLE_EQ(metres.of_frames[0]->fx, 2000);
+  ASSERT_FALSE(metres.remarks.empty());
+  EXPECT_NE(metres.remarks[0].find("which no C-arm has"), std::string::npos) << metres.remarks[0];
+}
+
+TEST_F(DicomGeometryTest, WhereIncrementsEndPosesEnd) {
+  const DicomGeometries found =
+      geometries_of(run({.primary_increments_deg = "0\\2.5"}), configuration(kArm), "A");
+  EXPECT_TRUE(found.of_frames[1]);
+  EXPECT_FALSE(found.of_frames[2]) << "it has not turned back";
+}
+
+TEST_F(DicomGeometryTest, EachFrameOfEnhancedXaHasAnglesOfItsOwn) {
+  (void)run({});
+  DcmFileFormat format;
+  ASSERT_TRUE(format.loadFile((folder_ / "run.dcm").c_str()).good());
+  DcmDataset& dataset = *format.getDataset();
+  for (const DcmTagKey& tag :
+       {DCM_PositionerPrimaryAngle, DCM_PositionerSecondaryAngle, DCM_PositionerPrimaryAngleIncrement}) {
+    dataset.findAndDeleteElement(tag);
+  }
+  for (int frame = 0; frame < kFrames; ++frame) {
+    DcmItem* group = nullptr;
+    ASSERT_TRUE(dataset.findOrCreateSequenceItem(DCM_PerFrameFunctionalGroupsSequence, group, frame).good());
+    DcmItem* position = nullptr;
+    ASSERT_TRUE(group->findOrCreateSequenceItem(DCM_PositionerPositionSequence, position, 0).good());
+    ASSERT_TRUE(
+        position->putAndInsertString(DCM_PositionerPrimaryAngle, std::to_string(10 * frame).c_str()).good());
+    ASSERT_TRUE(position->putAndInsertString(DCM_PositionerSecondaryAngle, "-5").good());
+  }
+  ASSERT_TRUE(format.saveFile((folder_ / "enhanced.dcm").c_str(), EXS_LittleEndianExplicit).good());
+  const DicomGeometries found =
+      geometries_of(read_dicom_run(folder_ / "enhanced.dcm"), configuration(kArm), "A");
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const auto& geometry = found.of_frames[static_cast<std::size_t>(frame)];
+    ASSERT_TRUE(geometry);
+    EXPECT_TRUE(geometry->T_camera_world().isApprox(pose_of(arm_at(10 * frame, -5)), 1e-9)) << frame;
+  }
+}
+
+TEST_F(DicomGeometryTest, ACameraOfAnotherSizeIsRefused) {
+  const DicomRun wide = run({.columns = 128});
+  EXPECT_THROW(geometries_of(wide, configuration(kArm), "A"), std::runtime_error);
 }
 
 TEST_F(DicomGeometryTest, WhatDoesNotGoTogetherIsRefusedInWords) {
@@ -192,16 +244,19 @@ TEST_F(DicomGeometryTest, WithRecordedCoilsItBecomesASequenceFolder) {
                                  .camera = "A",
                                  .config = "",
                                  .coils = coils.path(),
-                                 .at_s = 12.5,
+                                 .at_s = -0.05,
                                  .into = folder_ / "both"};
   EXPECT_EQ(write_dicom_folder(arguments), 3U);
   const Sequence both = read_sequence(arguments.into);
   ASSERT_EQ(both.frames.size(), 3U);
-  EXPECT_NEAR(both.frames[1].t_s, 12.5 + 1 / 15.0, 1e-5);
+  EXPECT_NEAR(both.frames[1].t_s, -0.05 + 1 / 15.0, 1e-5);
   EXPECT_EQ(read_image(both, both.frames[2]).pixels, std::vector<std::uint8_t>(101 * 201, 100));
   EXPECT_EQ(both.measurements.size(), read_sequence(coils.path()).measurements.size());
   EXPECT_THROW(write_dicom_folder(arguments), std::runtime_error) << "the folder is not empty";
   arguments.into = folder_ / "other";
+  arguments.at_s = 12.5;
+  EXPECT_THROW(write_dicom_folder(arguments), std::runtime_error) << "no coil was measured then";
+  arguments.at_s = 0;
   arguments.camera = "B";
   EXPECT_THROW(write_dicom_folder(arguments), std::runtime_error);
   run({}, "small.dcm");

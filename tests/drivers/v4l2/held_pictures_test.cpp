@@ -135,5 +135,27 @@ TEST(HeldPictures, DeepPicturesAreComparedByTheirWords) {
   EXPECT_TRUE(held.is_new(bytes));
 }
 
+// The lower third is a trace that never stands still.
+TEST(HeldPictures, WhatMovesInAMaskIsNoExposure) {
+  const ImageMask trace{0, 64, kSide, kSide - 64};
+  Screen screen(2, 0);
+  HeldPictures held(0.1, {trace});
+  HeldPictures held_without(0.1);
+  held.begin({kSide, kSide}, PixelDepth::kGrey8);
+  held_without.begin({kSide, kSide}, PixelDepth::kGrey8);
+  std::mt19937 random(5);
+  int taken_without = 0;
+  for (int picture = 0; picture < 40; ++picture) {
+    const bool is_new = picture % 8 == 0;
+    if (is_new) screen.expose();
+    std::vector<std::uint8_t> shown = screen.captured();
+    for (std::size_t at = std::size_t{64} * kSide; at < kPixels; ++at)
+      shown[at] = static_cast<std::uint8_t>(random() % 256);
+    EXPECT_EQ(held.is_new(shown), is_new) << picture;
+    taken_without += held_without.is_new(shown) ? 1 : 0;
+  }
+  EXPECT_EQ(taken_without, 40) << "without the mask each is taken for an exposure";
+}
+
 }  // namespace
 }  // namespace tubed
