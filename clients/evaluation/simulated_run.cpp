@@ -93,6 +93,7 @@ std::string command_of(const SimulatedRun& run) {
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
   if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.undisturbed) text << " --undisturbed";
+  if (run.tells_marks) text << " --tell-marks";
   if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
   if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
   if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
@@ -225,7 +226,15 @@ Scenario scenario_of(const SimulatedRun& run) {
 }
 
 RoomDescription described_room_of(const SimulatedRun& run, const Scenario& scenario) {
-  return described_room(scenario.room, parse_mistakes(run.mistakes), {run.seed, scenario.middle_world_mm});
+  RoomDescription room =
+      described_room(scenario.room, parse_mistakes(run.mistakes), {run.seed, scenario.middle_world_mm});
+  if (run.tells_marks) {
+    for (InstrumentDescription& instrument : room.instruments) {
+      instrument.marks_mm = ring_electrodes_mm();
+      instrument.mark_length_mm = kRingElectrode_mm;
+    }
+  }
+  return room;
 }
 
 std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run, const Scenario& scenario) {

@@ -24,6 +24,7 @@ struct SimulatedRun {
   double hook_length_mm = 0;    ///< 0: see HookChoice
   double tip_coil_mm = 0;       ///< from the tip to the first coil; 0: as the preset has it
   std::string panel{};          ///< what takes the pictures: see parse_panel(); empty: as the preset has it
+  bool tells_marks = false;     ///< the described room says where the catheter's electrodes are
   bool undisturbed = false;     ///< see undisturbed() of scenario.hpp
   int every = 1;                ///< only every so many-th exposure
   int second_view_every = 0;    ///< second view with every so many-th of them; 0: as the preset has it

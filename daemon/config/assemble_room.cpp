@@ -174,6 +174,30 @@ void check_rest_shape(const CheckedTable& table, const InstrumentDescription& in
   }
 }
 
+void check_marks(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems) {
+  const std::vector<double>& marks_mm = instrument.marks_mm;
+  if (!table.has("marks_mm") || marks_mm.empty()) {
+    return;
+  }
+  const auto refuse = [&](const std::string& words) {
+    problems.push_back({table.at("marks_mm").position, table.path_of("marks_mm"), words});
+  };
+  for (std::size_t i = 1; i < marks_mm.size(); ++i) {
+    if (marks_mm[i] < marks_mm[i - 1] + instrument.mark_length_mm) {
+      refuse("expected marks from the tip on, at least mark_length_mm, " +
+             to_toml(instrument.mark_length_mm) + " mm, apart; found " + to_toml(marks_mm[i]) + " after " +
+             to_toml(marks_mm[i - 1]));
+      return;
+    }
+  }
+  if (marks_mm.size() == 1) {
+    refuse("one band could be any other dark spot: expected two marks or more");
+  } else if (marks_mm.back() > instrument.length_mm) {
+    refuse("expected at most the instrument's length_mm, " + to_toml(instrument.length_mm) + " mm, found " +
+           to_toml(marks_mm.back()));
+  }
+}
+
 InstrumentDescription instrument_description(const CheckedTable& table, Problems& problems) {
   InstrumentDescription instrument;
   read_keys(table, instrument_keys(), instrument);
@@ -184,6 +208,7 @@ InstrumentDescription instrument_description(const CheckedTable& table, Problems
   check_sensors(table, problems);
   check_expected_tools(table, problems);
   check_rest_shape(table, instrument, problems);
+  check_marks(table, instrument, problems);
   return instrument;
 }
 

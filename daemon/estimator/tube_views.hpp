@@ -10,6 +10,7 @@
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/tube_map.hpp"
 #include "daemon/image/image_likelihood.hpp"
+#include "daemon/image/mark_search.hpp"
 #include "daemon/image/projected_lines.hpp"
 
 namespace tubed {
@@ -82,7 +83,8 @@ class TubeViews {
   void forget();
 
  private:
-  using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + 1>;  ///< all lines and the end
+  /// All lines, the marks, and the end.
+  using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + kMaxMarks + 1>;
 
   struct View {
     Camera camera;
@@ -105,6 +107,9 @@ class TubeViews {
   void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
   int leave_out_unreadable(const ImageMeasurement& image, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);
+  [[nodiscard]] Eigen::Vector2d found_px(double s_mm) const;
+  bool read_darkness(const ImageMeasurement& image);
+  void measure_marks(const ImageMeasurement& image, View& view);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 
   EstimatorSettings settings_;
@@ -114,6 +119,8 @@ class TubeViews {
   LineLayout layout_;
   std::vector<ImageArea> areas_;  ///< scratch, one a view
   double radius_mm_;
+  MarkSearch marks_;
+  std::vector<float> darkness_;  ///< along the tube, for marks_
 };
 
 }  // namespace tubed

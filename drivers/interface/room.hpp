@@ -68,6 +68,8 @@ enum class RestShape {
   kHook,      ///< its maker has bent the tip: a circle in one plane, see hook_radius_mm
 };
 
+inline constexpr std::size_t kMaxMarks = 16;
+
 /// One tracked catheter.
 struct InstrumentDescription {
   std::string id;  ///< the DDS key
@@ -77,6 +79,10 @@ struct InstrumentDescription {
   RestShape rest_shape = RestShape::kUnknown;
   double hook_radius_mm = 0;  ///< of a hook's circle; 0: there is none
   double hook_length_mm = 0;  ///< from the tip, along the catheter
+  /// Middles of dark bands that images show across it, such as electrodes and marker bands, arc length from
+  /// the tip, ascending; each mark_length_mm long.
+  std::vector<double> marks_mm{};
+  double mark_length_mm = 1.3;
 };
 
 /// The keys of an [[instrument]], its mode aside.
@@ -99,7 +105,14 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
           8.0),
       key::optional(key::number("hook_length_mm", &S::hook_length_mm, "mm", {3, 200},
                                 "of rest_shape \"hook\": how much of the catheter it is, from the tip"),
-                    14.0)};
+                    14.0),
+      key::optional(
+          key::numbers(
+              "marks_mm", &S::marks_mm, "mm", {0, 2000}, {0, kMaxMarks},
+              "middles of dark bands that images show across it (electrodes, marker bands), along the "
+              "catheter from the tip; two or more hold the tube along itself in the image"),
+          std::vector<double>{6.5, 10.5, 14.5}),
+      key::number("mark_length_mm", &S::mark_length_mm, "mm", {0.3, 10}, "of marks_mm, length of each band")};
 }
 
 /// The registration's keys in [em]; all are checked and set by whoever reads them.

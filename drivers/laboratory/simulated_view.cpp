@@ -33,12 +33,14 @@ VesselCourse course_of(const Scenario& scenario) {
 /// Tip electrode and three rings, as of an ablation catheter.
 std::vector<RadiographElectrode> electrodes() {
   std::vector<RadiographElectrode> all;
-  for (const auto& [s_mm, length_mm] : {std::pair{1.75, 3.5}, {6.5, 1.3}, {10.5, 1.3}, {14.5, 1.3}}) {
+  const auto add = [&all](double s_mm, double length_mm) {
     RadiographElectrode electrode;
     electrode.s_mm = s_mm;
     electrode.length_mm = length_mm;
     all.push_back(electrode);
-  }
+  };
+  add(1.75, 3.5);
+  for (const double s_mm : ring_electrodes_mm()) add(s_mm, kRingElectrode_mm);
   return all;
 }
 
@@ -89,6 +91,8 @@ RadiographSettings settings_of(const Scenario& scenario) {
 }
 
 }  // namespace
+
+std::vector<double> ring_electrodes_mm() { return {6.5, 10.5, 14.5}; }
 
 AttenuationVolume body_of(const SimulatedWorld& world) {
   const Scenario& scenario = *world.scenario();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "drivers/interface/image_source.hpp"
 #include "drivers/laboratory/fluoroscope/attenuation_volume.hpp"
@@ -18,6 +19,10 @@ namespace tubed {
 /// The body that the preset's catheter is in: a chest with the preset's aorta, a second or two, or a mock-up
 /// of it. Precondition: the world has a preset.
 AttenuationVolume body_of(const SimulatedWorld& world);
+
+/// Middles of the ring electrodes that every preset's catheter has, from the tip; each is so long.
+std::vector<double> ring_electrodes_mm();
+inline constexpr double kRingElectrode_mm = 1.3;
 
 /// May the table be panned on request? Then the chest of a preset is kept, to be cast anew.
 enum class PanOnRequest { kNo, kYes };

@@ -172,12 +172,36 @@ std::vector<CoilPlacement> read_coils(const TableReader& catheter) {
   return coils;
 }
 
+/// "marks_mm" and "mark_length_mm" as in [[instrument]] of a configuration; a sequence may have none.
+void read_marks(const TableReader& catheter, InstrumentDescription& instrument) {
+  constexpr std::string_view kKey = "marks_mm";
+  const toml::node* const node = catheter.optional(kKey);
+  if (node == nullptr) {
+    return;
+  }
+  for (const toml::node& entry : catheter.array(*node, kKey)) {
+    const double mark_mm = catheter.finite(entry, kKey);
+    if (mark_mm < 0 || mark_mm > instrument.length_mm ||
+        (!instrument.marks_mm.empty() && mark_mm <= instrument.marks_mm.back())) {
+      catheter.refuse(entry, "catheter.marks_mm has to grow from the tip, 0 to length_mm");
+    }
+    instrument.marks_mm.push_back(mark_mm);
+  }
+  if (instrument.marks_mm.size() > kMaxMarks) {
+    catheter.refuse(*node, "catheter.marks_mm has more than 16 entries");
+  }
+  if (catheter.optional("mark_length_mm") != nullptr) {
+    instrument.mark_length_mm = catheter.positive("mark_length_mm");
+  }
+}
+
 InstrumentDescription read_catheter(const TableReader& catheter) {
   InstrumentDescription instrument;
   instrument.id = catheter.text("id");
   instrument.diameter_mm = catheter.positive("diameter_mm");
   instrument.length_mm = catheter.positive("length_mm");
   instrument.coils = read_coils(catheter);
+  read_marks(catheter, instrument);
   return instrument;
 }
 

@@ -26,12 +26,19 @@ toml::table description_of(const std::string& note, const RoomDescription& room)
   for (const CoilPlacement& coil : instrument.coils) offsets_mm.push_back(coil.offset_from_tip_mm);
   toml::array cameras;
   for (const CameraCalibration& camera : room.cameras) cameras.push_back(table_of(camera));
+  toml::table catheter{{"id", instrument.id},
+                       {"diameter_mm", instrument.diameter_mm},
+                       {"length_mm", instrument.length_mm},
+                       {"sensor_offsets_from_tip_mm", std::move(offsets_mm)}};
+  if (!instrument.marks_mm.empty()) {
+    toml::array marks_mm;
+    for (const double mark_mm : instrument.marks_mm) marks_mm.push_back(mark_mm);
+    catheter.insert("marks_mm", std::move(marks_mm));
+    catheter.insert("mark_length_mm", instrument.mark_length_mm);
+  }
   return toml::table{{"format", 1},
                      {"note", note},
-                     {"catheter", toml::table{{"id", instrument.id},
-                                              {"diameter_mm", instrument.diameter_mm},
-                                              {"length_mm", instrument.length_mm},
-                                              {"sensor_offsets_from_tip_mm", std::move(offsets_mm)}}},
+                     {"catheter", std::move(catheter)},
                      {"registration", toml::table{{"T_world_em", rows_of(room.T_world_em)}}},
                      {"camera", std::move(cameras)}};
 }

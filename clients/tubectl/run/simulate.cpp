@@ -168,6 +168,8 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
       "--panel", options->run.panel,
       "Take the pictures with a panel: READOUT,BITS,PIXEL_MM, such as linear,12,0.2; linear or log, "
       "9 to 16 bits, mm where the patient is (default: as the preset has it)");
+  verb.add_flag("--tell-marks", options->run.tells_marks,
+                "Let sequence.toml say where the catheter's electrodes are, marks_mm");
   verb.add_flag("--undisturbed", options->run.undisturbed,
                 "Take the pictures straight from the detector: no console's processing, marker bands, braid, "
                 "wires and leads");

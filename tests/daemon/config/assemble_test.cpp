@@ -221,6 +221,23 @@ TEST(Assemble, MasksAreRectanglesInsideTheImage) {
       << message_of("[300, 0, 101, 24]");
 }
 
+TEST(Assemble, MarksAreTwoOrMoreFromTheTipOn) {
+  const auto with_marks = [](const std::string& marks) {
+    return base_with("length_mm = 380.0", "length_mm = 380.0\nmarks_mm = " + marks);
+  };
+  const InstrumentDescription instrument =
+      parse_configuration(with_marks("[6.5, 10.5]\nmark_length_mm = 2.0"), "room.toml")
+          .room.instruments.at(0);
+  EXPECT_EQ(instrument.marks_mm, (std::vector<double>{6.5, 10.5}));
+  EXPECT_EQ(instrument.mark_length_mm, 2);
+  EXPECT_NE(complaint(with_marks("[6.5]")).find("expected two marks or more"), std::string::npos);
+  EXPECT_NE(complaint(with_marks("[6.5, 7.0]")).find("at least mark_length_mm, 1.3 mm, apart"),
+            std::string::npos)
+      << complaint(with_marks("[6.5, 7.0]"));
+  EXPECT_NE(complaint(with_marks("[6.5, 400.0]")).find("at most the instrument's length_mm"),
+            std::string::npos);
+}
+
 TEST(Assemble, EveryKeyOfThePaperReachesItsField) {
   std::string text = base();
   text +=

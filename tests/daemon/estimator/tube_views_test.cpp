@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
+#include <vector>
 
 #include "idl/geometry/camera.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
@@ -89,6 +92,60 @@ TEST(TubeViews, WhereTheTipEndsCountsForWhatItIsWhenNoCoilHoldsIt) {
   EXPECT_DOUBLE_EQ(held.variance_px2, of.settings.image_temper * loose.variance_px2);
   EXPECT_GT(loose.variance_px2, 9);
   EXPECT_EQ(of.lines.lines[0].variance_px2, line_px2);
+}
+
+/// Paints the tube into the greys: 20 darker than the rest, 30 more at each band.
+void paint(const RoomDescription& room, const std::vector<double>& bands_mm, ImageMeasurement& image) {
+  const Camera camera(room.cameras.front());
+  std::fill(image.grey.begin(), image.grey.end(), 150.0F);
+  image.darkest = 90;
+  image.brightest = 150;
+  constexpr int kHalf_px = 2;
+  for (double s_mm = 0; s_mm <= 380; s_mm += 0.2) {
+    const bool is_band = std::any_of(bands_mm.begin(), bands_mm.end(),
+                                     [=](double band_mm) { return std::abs(s_mm - band_mm) < 0.65; });
+    const auto at = camera.project(arc_point(s_mm));
+    if (!at || !camera.contains(at->p_image_px, kHalf_px + 1)) continue;
+    for (int y = -kHalf_px; y <= kHalf_px; ++y) {
+      for (int x = -kHalf_px; x <= kHalf_px; ++x) {
+        const auto column = static_cast<std::size_t>(std::lround(at->p_image_px.x()) + x);
+        const auto row = static_cast<std::size_t>(std::lround(at->p_image_px.y()) + y);
+        float& grey = image.grey[row * static_cast<std::size_t>(image.width) + column];
+        grey = std::min(grey, is_band ? 100.0F : 130.0F);
+      }
+    }
+  }
+}
+
+TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
+  RoomDescription room = one_view_room();
+  room.instruments.front().marks_mm = {6.5, 10.5, 18.5};
+  Views of;
+  TubeViews views(of.settings, room.instruments.front(), room);
+  const auto lines_of = [&](const std::vector<double>& bands_mm) {
+    ImageMeasurement image = image_of_arc(room, of.now);
+    paint(room, bands_mm, image);
+    Observation observation;
+    observation.instant = observation.now = of.now;
+    observation.images[0] = &image;
+    observation.image_timeout = milliseconds(120);
+    views.measure(observation, of.spline, of.C, {5}, *of.estimate);
+    return views.constraints(observation, 1, true)[0];
+  };
+  const int without = lines_of({}).count;
+  constexpr double kFurther_mm = 2;
+  const ViewConstraints with = lines_of({6.5 + kFurther_mm, 10.5 + kFurther_mm, 18.5 + kFurther_mm});
+  ASSERT_EQ(with.count, without + 3);
+  for (int mark = 0; mark < 3; ++mark) {
+    const LineConstraint& line = with.lines[with.count - 4 + mark];  // the tube's end is the last
+    EXPECT_EQ(line.s_mm, room.instruments.front().marks_mm[static_cast<std::size_t>(mark)]);
+    const Camera camera(room.cameras.front());
+    const Eigen::Vector2d shown_px = camera.project(arc_point(line.s_mm + kFurther_mm))->p_image_px;
+    EXPECT_LT(std::abs(line.normal.dot(line.target_px - shown_px)), 0.5);
+    const Eigen::Vector2d tipward = camera.project(arc_point(line.s_mm))->p_image_px - shown_px;
+    EXPECT_GT(line.normal.dot(tipward.normalized()), 0.95) << "it holds along the tube";
+    EXPECT_LT(line.variance_px2, 2);
+  }
 }
 
 TEST(TubeViews, OnlyAnImageOfTheInstantTellsHowManyAgree) {
