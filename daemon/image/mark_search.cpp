@@ -20,6 +20,7 @@ constexpr double kShaft_mm = 30;      // beyond the last mark, where there is no
 constexpr double kBeyondLast = 1.5;   // lengths behind the last mark from which on nothing may be,
 constexpr double kBeyondLast_mm = 8;  // so far
 constexpr float kUsualMax = 1;        // noise: the greatest of some is so much greater than one
+constexpr float kMinShare = 0.05F;    // of a mark's response, that the noise is taken for at least
 constexpr float kMinNoise = 1e-6F;
 constexpr double kMinSigma_mm = 0.15;
 
@@ -146,7 +147,8 @@ std::optional<MarkShift> MarkSearch::find(std::span<const float> darkness) {
       best_sum = sum;
     }
   }
-  const float sigma = noise();
+  // However little noise there is, a twentieth of a mark is none.
+  const float sigma = std::max(noise(), kMinShare * best_sum / static_cast<float>(marks_mm_.size()));
   for (int shift = -reach; shift <= reach; ++shift) {
     const double unlikely = kStep_mm * shift / kSigmaShift_mm;
     scores_[static_cast<std::size_t>(shift + reach)] = score_at(shift, sigma) - 0.5 * unlikely * unlikely;

@@ -119,7 +119,8 @@ void paint(const RoomDescription& room, const std::vector<double>& bands_mm, Ima
 
 TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
   RoomDescription room = one_view_room();
-  room.instruments.front().marks_mm = {6.5, 10.5, 18.5};
+  room.instruments.front().marks_mm = {8, 18, 34};
+  room.instruments.front().mark_length_mm = 3.6;  // 1.3 mm and the brush
   Views of;
   TubeViews views(of.settings, room.instruments.front(), room);
   const auto lines_of = [&](const std::vector<double>& bands_mm) {
@@ -134,7 +135,7 @@ TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
   };
   const int without = lines_of({}).count;
   constexpr double kFurther_mm = 2;
-  const ViewConstraints with = lines_of({6.5 + kFurther_mm, 10.5 + kFurther_mm, 18.5 + kFurther_mm});
+  const ViewConstraints with = lines_of({8 + kFurther_mm, 18 + kFurther_mm, 34 + kFurther_mm});
   ASSERT_EQ(with.count, without + 3);
   for (int mark = 0; mark < 3; ++mark) {
     const LineConstraint& line = with.lines[with.count - 4 + mark];  // the tube's end is the last

@@ -15,7 +15,7 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   original.frames[3].geometry->t_camera_world_mm[1] = 100.0 / 3;
   original.note = "a \"quoted\" note";
   original.room.cameras[1].masks = {1, 0, 2, 1};
-  original.room.instruments[0].marks_mm = {2.5, 10.0 / 3};
+  original.room.instruments[0].marks_mm = {0.25, 1.0 / 3};
   original.room.instruments[0].mark_length_mm = 0.7;
   original.measurements[0].coils[0].p_em_mm.x() = 1.0 / 3;
   original.truth[0].points_world_mm(0, 1) = 1e-17;
