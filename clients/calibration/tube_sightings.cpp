@@ -125,7 +125,8 @@ std::vector<TubeSighting> sight_tube(const ConfiguredSequence& run, const Sighti
   const auto look = [&](std::size_t row, ImageMeasurement& image, ImageOnDemand& on_demand) {
     // As its images are measured.
     const CameraCalibration of_detector = camera_of(images, images.frames[row]);
-    const int binning = binning_of(of_detector, images.room.instruments);
+    const int binning =
+        binning_of(images.room.cameras[static_cast<std::size_t>(search.camera)], images.room.instruments);
     const Camera camera(binned(of_detector, binning));
     const UniformCubicBSpline spline(static_cast<int>(estimate->coefficient_count),
                                      static_cast<double>(estimate->length_mm));

@@ -174,6 +174,8 @@ void check_rest_shape(const CheckedTable& table, const InstrumentDescription& in
   }
 }
 
+constexpr double kShaftBehindMarks_mm = 60;  // where marks are looked for, and the noise without any
+
 void check_marks(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems) {
   const std::vector<double>& marks_mm = instrument.marks_mm;
   if (!table.has("marks_mm") || marks_mm.empty()) {
@@ -192,9 +194,9 @@ void check_marks(const CheckedTable& table, const InstrumentDescription& instrum
   }
   if (marks_mm.size() == 1) {
     refuse("one band could be any other dark spot: expected two marks or more");
-  } else if (marks_mm.back() > instrument.length_mm) {
-    refuse("expected at most the instrument's length_mm, " + to_toml(instrument.length_mm) + " mm, found " +
-           to_toml(marks_mm.back()));
+  } else if (marks_mm.back() + kShaftBehindMarks_mm > instrument.length_mm) {
+    refuse("expected 60 mm of the instrument behind its last mark, length_mm is " +
+           to_toml(instrument.length_mm) + ", found " + to_toml(marks_mm.back()));
   }
 }
 

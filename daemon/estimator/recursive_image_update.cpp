@@ -63,7 +63,8 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map_.spline(), coefficients_, {reach, loose_mm == 0}, estimate);
+    looked =
+        views_.measure(observation, map_.spline(), coefficients_, {reach, loose_mm == 0, 0, true}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;

@@ -68,7 +68,7 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
   bending_by_itself_ = bending_by_itself(spline_.coefficient_count() - 3);
   line_views_.reserve(kMaxCameras);
   // Written once, so that no page of it is new to a real-time thread.
-  lines_.resize(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + 1));
+  lines_.resize(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + kMaxMarks + 1));
   lines_.clear();
   reserve_lines(lines_.capacity());
 }

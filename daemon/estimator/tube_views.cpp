@@ -142,7 +142,9 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
           layout_.s_mm(i), line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
   }
-  measure_marks(image, view);
+  if (search.asks_marks) {
+    measure_marks(image, view);
+  }
   measure_end(image, view, outcome.ridge_height, search.tip_is_held);
 }
 
@@ -164,7 +166,11 @@ Eigen::Vector2d TubeViews::found_px(double s_mm) const {
 // How much darker than beside it the tube is along itself (brighter, where tubes are bright). False where not
 // all of that is in view, or the tube points at the source.
 bool TubeViews::read_darkness(const ImageMeasurement& image) {
-  const int last = std::min(static_cast<int>(marks_.until_mm() / layout_.spacing_mm) + 2, layout_.count);
+  if (marks_.until_mm() + 1 > layout_.s_mm(layout_.count - 1)) {
+    return false;  // no shaft behind the marks to take the noise from
+  }
+  const int last =
+      std::min(static_cast<int>((marks_.until_mm() + 1) / layout_.spacing_mm) + 2, layout_.count);
   for (int i = 0; i < last; ++i) {
     if (!lines_[static_cast<std::size_t>(i)].in_view) {
       return false;

@@ -23,6 +23,9 @@ struct TubeSearch {
   int reach_px;             ///< to either side of its projection
   bool tip_is_held = true;  ///< by a coil: where its end is in the image matters less
   double from_mm = 0;       ///< arc length from the tip: nothing before it is looked for
+  /// Marks as well. Not by who compares shapes by their cost, or asks how far an image pulls coils: a mark
+  /// that is found on one of them and not on the other, or a wrong arc length, would decide.
+  bool asks_marks = false;
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.

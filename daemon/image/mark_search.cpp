@@ -82,7 +82,7 @@ float MarkSearch::sum_at(int shift) {
     sorted_[i] = responses_[static_cast<std::size_t>(index_of(marks_mm_[i]) + shift)];
   }
   const auto begin = sorted_.begin();
-  const auto middle = begin + static_cast<std::ptrdiff_t>(count / 2);
+  const auto middle = begin + static_cast<std::ptrdiff_t>((count - 1) / 2);
   const auto end = begin + static_cast<std::ptrdiff_t>(count);
   std::nth_element(begin, middle, end);
   const float most = 2 * std::max(*middle, 0.0F);
@@ -96,6 +96,9 @@ float MarkSearch::noise() {
   const int from = index_of(marks_mm_.back() + kReach_mm + length_mm_ + side_mm_);
   const auto begin = responses_.begin() + from;
   const auto end = responses_.end() - steps_of(length_mm_ / 2 + side_mm_) - 1;
+  if (end <= begin) {
+    return kMinNoise;
+  }
   std::transform(begin, end, sorted_.begin(), [](float value) { return std::abs(value); });
   const auto middle = sorted_.begin() + (end - begin) / 2;
   std::nth_element(sorted_.begin(), middle, sorted_.begin() + (end - begin));

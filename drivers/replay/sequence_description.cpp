@@ -172,6 +172,9 @@ std::vector<CoilPlacement> read_coils(const TableReader& catheter) {
   return coils;
 }
 
+constexpr double kMinMark_mm = 0.3;  // as instrument_keys() has them
+constexpr double kMaxMark_mm = 10;
+
 /// "marks_mm" and "mark_length_mm" as in [[instrument]] of a configuration; a sequence may have none.
 void read_marks(const TableReader& catheter, InstrumentDescription& instrument) {
   constexpr std::string_view kKey = "marks_mm";
@@ -192,6 +195,14 @@ void read_marks(const TableReader& catheter, InstrumentDescription& instrument) 
   }
   if (catheter.optional("mark_length_mm") != nullptr) {
     instrument.mark_length_mm = catheter.positive("mark_length_mm");
+  }
+  if (instrument.mark_length_mm < kMinMark_mm || instrument.mark_length_mm > kMaxMark_mm) {
+    catheter.refuse(catheter.node("mark_length_mm"), "catheter.mark_length_mm has to be 0.3 to 10");
+  }
+  for (std::size_t i = 1; i < instrument.marks_mm.size(); ++i) {
+    if (instrument.marks_mm[i] < instrument.marks_mm[i - 1] + instrument.mark_length_mm) {
+      catheter.refuse(*node, "catheter.marks_mm have to be at least mark_length_mm apart");
+    }
   }
 }
 

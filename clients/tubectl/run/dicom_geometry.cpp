@@ -66,6 +66,7 @@ bool is_possible(const char* key, double value) {
 
 /// What a file states beside the angles, each by itself, in place of the configuration's.
 void take_stated(const XaHeader& header, CArm& c_arm, std::vector<std::string>& remarks) {
+  const CArm configured = c_arm;
   const auto take = [&](const char* attribute, const char* key, double& value) {
     const XaAttribute& stated = header.attribute(attribute);
     if (!stated.is_there()) return;
@@ -80,6 +81,13 @@ void take_stated(const XaHeader& header, CArm& c_arm, std::vector<std::string>& 
   };
   take("DistanceSourceToDetector", "source_detector_mm", c_arm.source_detector_mm);
   take("DistanceSourceToIsocenter", "source_isocentre_mm", c_arm.source_isocentre_mm);
+  if (c_arm.source_isocentre_mm >= c_arm.source_detector_mm) {
+    remarks.emplace_back(
+        "with the run's distances the isocentre is not nearer the source than the detector: the "
+        "configuration's are used");
+    c_arm.source_isocentre_mm = configured.source_isocentre_mm;
+    c_arm.source_detector_mm = configured.source_detector_mm;
+  }
   take("ImagerPixelSpacing", "pixel_pitch_mm", c_arm.pixel_pitch_mm);
   if (header.attribute("ImagerPixelSpacing").is_there() && header.c_arm) {
     tell_difference("zoom", header.c_arm->zoom, c_arm.zoom, remarks);

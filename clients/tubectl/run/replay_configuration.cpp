@@ -21,11 +21,18 @@ toml::table table_of(const InstrumentDescription& instrument, const std::string&
   for (const CoilPlacement& coil : instrument.coils) {
     coils.push_back(toml::table{{"sensor", coil.sensor}, {"offset_from_tip_mm", coil.offset_from_tip_mm}});
   }
-  return toml::table{{"id", id},
-                     {"diameter_mm", instrument.diameter_mm},
-                     {"length_mm", instrument.length_mm},
-                     {"mode", std::string(name_of(mode))},
-                     {"coil", std::move(coils)}};
+  toml::table table{{"id", id},
+                    {"diameter_mm", instrument.diameter_mm},
+                    {"length_mm", instrument.length_mm},
+                    {"mode", std::string(name_of(mode))},
+                    {"coil", std::move(coils)}};
+  if (!instrument.marks_mm.empty()) {
+    toml::array marks_mm;
+    for (const double mark_mm : instrument.marks_mm) marks_mm.push_back(mark_mm);
+    table.insert("marks_mm", std::move(marks_mm));
+    table.insert("mark_length_mm", instrument.mark_length_mm);
+  }
+  return table;
 }
 
 toml::array instruments_of(const Sequence& sequence, const ReplayConfigurationSettings& settings) {

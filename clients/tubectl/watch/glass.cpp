@@ -37,7 +37,8 @@ FlashSample flash_sample(const TubeSample& sample) {
   const tubed_TubeEstimate& estimate = sample.estimate;
   FlashSample flash;
   flash.received_ns = sample.received_monotonic_ns;
-  flash.is_image_instant = estimate.is_image_instant;
+  // Instants without radiation are image instants, too.
+  flash.is_image_instant = estimate.is_image_instant && (estimate.reasons & tubed_REASON_IMAGE_OFF) == 0;
   flash.is_rejected = (estimate.reasons & tubed_REASON_IMAGE_REJECTED) != 0;
   // A monotonic clock of another host is somewhere else.
   const std::int64_t apart_ns = sample.received_monotonic_ns - estimate.valid_time_monotonic_ns;
@@ -138,6 +139,9 @@ void tell_why_nothing(const FlashLatency& latency, bool has_samples, const Subsc
 }  // namespace
 
 int measure_glass(const GlassArguments& arguments, const Subscription& subscription) {
+  for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP}) {  // before the screen is taken
+    std::signal(signal, [](int) { g_asked_to_end = 1; });
+  }
   std::unique_ptr<TestScreen> screen =
       arguments.where == "terminal"
           ? terminal_screen()
@@ -150,8 +154,6 @@ int measure_glass(const GlassArguments& arguments, const Subscription& subscript
   const MonotonicTime until =
       start + std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * arguments.duration_s));
   FlashSchedule schedule(start);
-  std::signal(SIGINT, [](int) { g_asked_to_end = 1; });
-  std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });
   for (MonotonicTime now = start; now < until && g_asked_to_end == 0; now = monotonic_now()) {
     schedule.step(now, *screen, latency);
     const TubeNews news = subscriber.wait_for(milliseconds{2});

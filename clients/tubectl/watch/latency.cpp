@@ -118,7 +118,7 @@ CommandLine add_latency(CommandLine app, int& exit_code) {
       "--glass", arguments->glass.where,
       "Flash, and count from the light to the shape. terminal: here, for a capture card that sees this "
       "monitor; or the path of a socket: no light, a grabber there for driver image_shm, what the software "
-      "takes. Not in an operation: images are white at times");
+      "takes. One camera alone. Not in an operation: images are white at times");
   verb.add_option("--camera", arguments->glass.camera, "With --glass SOCKET: its name").capture_default_str();
   verb.add_option("--size", arguments->glass.size_px, "With --glass SOCKET: width,height of its pictures, px")
       .delimiter(',')

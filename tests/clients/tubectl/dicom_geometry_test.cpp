@@ -174,6 +174,8 @@ TEST_F(DicomGeometryTest, WhatIsStatedIsTakenWhateverElseIsMissing) {
   EXPECT_DOUBLE_EQ(metres.of_frames[0]->fx, 2000);
   ASSERT_FALSE(metres.remarks.empty());
   EXPECT_NE(metres.remarks[0].find("which no C-arm has"), std::string::npos) << metres.remarks[0];
+  const DicomGeometries near = geometries_of(run({.detector_mm = "700"}), configuration(kArm), "A");
+  EXPECT_DOUBLE_EQ(near.of_frames[0]->fx, 2000) << "the isocentre would lie behind the detector";
 }
 
 TEST_F(DicomGeometryTest, WhereIncrementsEndPosesEnd) {

@@ -130,7 +130,7 @@ TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
     observation.instant = observation.now = of.now;
     observation.images[0] = &image;
     observation.image_timeout = milliseconds(120);
-    views.measure(observation, of.spline, of.C, {5}, *of.estimate);
+    views.measure(observation, of.spline, of.C, {5, true, 0, true}, *of.estimate);
     return views.constraints(observation, 1, true)[0];
   };
   const int without = lines_of({}).count;

@@ -15,8 +15,8 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   original.frames[3].geometry->t_camera_world_mm[1] = 100.0 / 3;
   original.note = "a \"quoted\" note";
   original.room.cameras[1].masks = {1, 0, 2, 1};
-  original.room.instruments[0].marks_mm = {0.25, 1.0 / 3};
-  original.room.instruments[0].mark_length_mm = 0.7;
+  original.room.instruments[0].marks_mm = {0.25, 2.0 / 3};
+  original.room.instruments[0].mark_length_mm = 0.4;
   original.measurements[0].coils[0].p_em_mm.x() = 1.0 / 3;
   original.truth[0].points_world_mm(0, 1) = 1e-17;
   std::vector<GreyImage> images;
@@ -33,7 +33,7 @@ TEST(SequenceWriter, WhatIsWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(copy.room.cameras[1].distortion, original.room.cameras[1].distortion);
   EXPECT_TRUE(copy.room.cameras[0].masks.empty());
   EXPECT_EQ(copy.room.instruments[0].marks_mm, original.room.instruments[0].marks_mm);
-  EXPECT_EQ(copy.room.instruments[0].mark_length_mm, 0.7);
+  EXPECT_EQ(copy.room.instruments[0].mark_length_mm, 0.4);
   EXPECT_EQ(copy.room.cameras[1].masks, original.room.cameras[1].masks);
   EXPECT_EQ(copy.measurements[0].coils[0].p_em_mm.x(), 1.0 / 3);
   EXPECT_EQ(copy.measurements[1].coils[1].status, CoilStatus::kOutOfVolume);
