@@ -1,12 +1,12 @@
 // grab_bench: what reading a capture card costs, beside OpenCV's VideoCapture and GStreamer's v4l2src, by
 // turns, each in a process of its own at a card in user space (user_space_card.cpp).
 #include <dlfcn.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -87,13 +87,11 @@ std::string write_pictures(const Source& source, const std::filesystem::path& fo
   return path;
 }
 
+/// Of all threads, to the nanosecond: getrusage() counts ticks on some machines.
 double own_cpu_ms() {
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const auto ms = [](const timeval& time) {
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_usec);
-  };
-  return ms(used.ru_utime) + ms(used.ru_stime);
+  timespec used{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
 }
 
 /// A function of the card that is preloaded here.
