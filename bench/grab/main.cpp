@@ -141,6 +141,7 @@ struct Costs {
 void take_turn(const Source& source, const std::string& pictures, const Consumer& consumer,
                const Choice& choice, const std::filesystem::path& folder, Costs& costs) {
   const std::filesystem::path log = folder / "turn";
+  std::filesystem::remove(log);  // a process's words are added to what is there
   const std::string program = own_path();
   std::ostringstream card;
   card << source.format.device << ',' << source.format.width << ',' << source.format.height << ','
