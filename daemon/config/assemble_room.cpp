@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/config/assemble.hpp"
+#include "daemon/image/mark_search.hpp"
 #include "idl/geometry/c_arm.hpp"
 #include "idl/geometry/image_mask.hpp"
 
@@ -174,8 +175,6 @@ void check_rest_shape(const CheckedTable& table, const InstrumentDescription& in
   }
 }
 
-constexpr double kShaftBehindMarks_mm = 60;  // where marks are looked for, and the noise without any
-
 void check_marks(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems) {
   const std::vector<double>& marks_mm = instrument.marks_mm;
   if (!table.has("marks_mm") || marks_mm.empty()) {
@@ -194,8 +193,9 @@ void check_marks(const CheckedTable& table, const InstrumentDescription& instrum
   }
   if (marks_mm.size() == 1) {
     refuse("one band could be any other dark spot: expected two marks or more");
-  } else if (marks_mm.back() + kShaftBehindMarks_mm > instrument.length_mm) {
-    refuse("expected 60 mm of the instrument behind its last mark, length_mm is " +
+  } else if (const double needed_mm = MarkSearch::needed_behind_mm(instrument.mark_length_mm);
+             marks_mm.back() + needed_mm > instrument.length_mm) {
+    refuse("expected " + to_toml(needed_mm) + " mm of the instrument behind its last mark, length_mm is " +
            to_toml(instrument.length_mm) + ", found " + to_toml(marks_mm.back()));
   }
 }

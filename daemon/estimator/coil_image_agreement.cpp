@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/geometry/image_mask.hpp"
+
 namespace tubed {
 
 namespace {
@@ -391,7 +393,8 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
       continue;
     }
     const auto projection = view.camera->project(p_world_mm);
-    if (!projection || !view.camera->contains(projection->p_image_px)) {
+    if (!projection || !view.camera->contains(projection->p_image_px) ||
+        is_masked(view.camera->calibration(), projection->p_image_px)) {
       continue;
     }
     const RigidTransform& T_camera_world = view.camera->calibration().T_camera_world;

@@ -16,7 +16,6 @@ constexpr double kMinScore = 0.6;     // of the marks' number, that the best shi
 constexpr double kMinLead = 0.6;      // of a mark, by which it has to lead every other
 constexpr double kSigmaShift_mm = 4;  // of where the marks are expected: coils and arc lengths
 constexpr double kSameBand = 1.0;     // band lengths within which two shifts are one
-constexpr double kShaft_mm = 30;      // beyond the last mark, where there is none: the noise is taken there
 constexpr double kBeyondLast = 1.5;   // lengths behind the last mark from which on nothing may be,
 constexpr double kBeyondLast_mm = 8;  // so far
 constexpr float kUsualMax = 1;        // noise: the greatest of some is so much greater than one

@@ -24,6 +24,15 @@ class MarkSearch {
   static constexpr double kStep_mm = 0.25;  ///< of profiles
   static constexpr double kReach_mm = 10;   ///< the marks are looked for so far from where they are expected
 
+  static constexpr double kShaft_mm =
+      30;  ///< beyond them and the reach, where there is none: the noise is taken there
+
+  /// So much of the tube has to follow the last mark, of bands of that length: the most that until_mm() may
+  /// lie behind it, and 1 mm to see which way the tube goes.
+  static constexpr double needed_behind_mm(double length_mm) {
+    return kReach_mm + kShaft_mm + 2 * length_mm + kStep_mm + 1;
+  }
+
   /// `marks_mm`: middles of the bands, arc length from the tip, ascending; each `length_mm` long.
   MarkSearch(std::vector<double> marks_mm, double length_mm);
 

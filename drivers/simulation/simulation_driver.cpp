@@ -8,7 +8,10 @@
 
 namespace tubed {
 
-std::vector<KeyDescription> simulation_settings() {
+namespace {
+
+/// What is simulated, and how it is measured.
+std::vector<KeyDescription> scene_settings() {
   constexpr double kNoLimit = std::numeric_limits<double>::infinity();
   return {
       key::word("preset", std::string(kArchPreset), simulation_presets(),
@@ -40,7 +43,12 @@ std::vector<KeyDescription> simulation_settings() {
       key::real("frame_rate_hz", 30.0, "Hz", {0.1, 200}, "exposures of each fluoroscope"),
       key::real("image_latency_ms", 8.0, "ms", {0, 10000}, "from exposure to delivery"),
       key::real("cnr", 2.7, "", {0.1, 1e6}, "contrast of the catheter to the noise of one pixel"),
-      key::real("speed_mm_s", 20.0, "mm/s", {0, 500}, "greatest speed of the catheters along the vessel"),
+      key::real("speed_mm_s", 20.0, "mm/s", {0, 500}, "greatest speed of the catheters along the vessel")};
+}
+
+/// What of the room moves, and what is wrong with it.
+std::vector<KeyDescription> room_settings() {
+  return {
       key::real(
           "swing_deg", 0.0, "deg", {-120, 120},
           "the C-arm of the first view swings by so much, LAO and RAO, and back; 0 = it stands, or does "
@@ -73,6 +81,15 @@ std::vector<KeyDescription> simulation_settings() {
           "what is wrong with the room or with what this file says of it, as words between blanks, such as "
           "\"registration=6,2 clock=150\": the list of `tubectl simulate --help`; empty = nothing"),
       key::text("control_folder", "", {}, "where sockets for faults on request are bound; empty = none")};
+}
+
+}  // namespace
+
+std::vector<KeyDescription> simulation_settings() {
+  std::vector<KeyDescription> all = scene_settings();
+  const std::vector<KeyDescription> of_room = room_settings();
+  all.insert(all.end(), of_room.begin(), of_room.end());
+  return all;
 }
 
 DriverDescription simulation_driver() {

@@ -128,6 +128,18 @@ void add_tip_options(CommandLine& verb, SimulatedRun& run) {
       .in_range(0.5, 60.0);
 }
 
+void add_picture_options(CommandLine& verb, SimulatedRun& run) {
+  verb.add_option(
+      "--panel", run.panel,
+      "Take the pictures with a panel: READOUT,BITS,PIXEL_MM, such as linear,12,0.2; linear or log, "
+      "9 to 16 bits, mm where the patient is (default: as the preset has it)");
+  verb.add_flag("--tell-marks", run.tells_marks,
+                "Let sequence.toml say where the catheter's electrodes are, marks_mm");
+  verb.add_flag("--undisturbed", run.undisturbed,
+                "Take the pictures straight from the detector: no console's processing, marker bands, braid, "
+                "wires and leads");
+}
+
 void add_reference_options(CommandLine& verb, SimulatedReference& reference) {
   verb.add_option(
           "--reference", reference.kind,
@@ -164,15 +176,7 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   verb.add_option("--out", options->out, "Folder to write; without it only the mechanics run and are judged");
   verb.add_option("--vessel", options->run.vessel,
                   "A vessel of your own in mm: centreline with radii (.csv) or closed surface (.stl)");
-  verb.add_option(
-      "--panel", options->run.panel,
-      "Take the pictures with a panel: READOUT,BITS,PIXEL_MM, such as linear,12,0.2; linear or log, "
-      "9 to 16 bits, mm where the patient is (default: as the preset has it)");
-  verb.add_flag("--tell-marks", options->run.tells_marks,
-                "Let sequence.toml say where the catheter's electrodes are, marks_mm");
-  verb.add_flag("--undisturbed", options->run.undisturbed,
-                "Take the pictures straight from the detector: no console's processing, marker bands, braid, "
-                "wires and leads");
+  add_picture_options(verb, options->run);
   verb.add_option("--picture", options->picture,
                   "Draw the vessel, the catheter and the mechanics' figures, PNG");
   verb.add_option("--every", options->run.every, "Only every so many-th exposure")
