@@ -77,6 +77,18 @@ TEST(MarkSearch, WithoutBandsNothingIsFound) {
   EXPECT_FALSE(search.find(std::vector<float>(search.samples(), 5)));
 }
 
+// Each response is about twice its noise: one that is believed is seldom, and none is wrong.
+TEST(MarkSearch, BandsHardlyOutOfTheNoiseAreSeldomBelieved) {
+  MarkSearch search(kMarks_mm, kLength_mm);
+  int count = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const auto found = search.find(Tube{.noise = 1.2, .band = 2, .seed = seed}.darkness(search));
+    count += found ? 1 : 0;
+    EXPECT_LT(found ? std::abs(found->shift_mm) : 0, 1);
+  }
+  EXPECT_LE(count, 20);
+}
+
 // Equal distances: shifted by one of them two of three are seen where three were looked for.
 TEST(MarkSearch, OneOfEquallySpacedMarksThatIsNotSeenLeavesItOpenWhichTheyAre) {
   MarkSearch search(kMarks_mm, kLength_mm);
@@ -87,6 +99,12 @@ TEST(MarkSearch, OneOfEquallySpacedMarksThatIsNotSeenLeavesItOpenWhichTheyAre) {
       uneven.find(Tube{.marks_mm = {2.0, 7.0, 9.0}, .shift_mm = 1.4, .noise = 0.5}.darkness(uneven));
   ASSERT_TRUE(of_uneven);
   EXPECT_NEAR(of_uneven->shift_mm, 1.4, 0.2);
+}
+
+TEST(MarkSearch, OneBandOfTwoIsNoPattern) {
+  MarkSearch search({2.0, 9.0}, kLength_mm);
+  EXPECT_FALSE(search.find(Tube{.marks_mm = {9.0}, .noise = 0.3}.darkness(search)));
+  EXPECT_TRUE(search.find(Tube{.marks_mm = {2.0, 9.0}, .noise = 0.3}.darkness(search)));
 }
 
 TEST(MarkSearch, OneMarkOrAProfileOfAnotherLengthFindsNothing) {
