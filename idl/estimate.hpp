@@ -25,7 +25,10 @@ struct CentrelinePoint {
   std::array<double, 3> p_world_mm{};     ///< position
   std::array<float, 3> tangent_world{};   ///< unit vector toward the tip
   std::array<float, 6> covariance_mm2{};  ///< of the position: xx xy xz yy yz zz
+  std::uint32_t held_by = 0;              ///< kHeldByCoil, kHeldByImage; 0: the tube's stiffness alone
 };
+inline constexpr std::uint32_t kHeldByCoil = 1;   ///< a coil that is used lies within 30 mm along the tube
+inline constexpr std::uint32_t kHeldByImage = 2;  ///< the newest image of a camera shows the tube there
 
 /// What one coil said and how far the shape is from it.
 enum class CoilState : std::uint32_t {
@@ -41,6 +44,18 @@ struct CoilResidual {
   float offset_from_tip_mm = 0;  ///< s of the coil along the catheter
   float position_mm = 0;         ///< |zeta(s_i) - p_i|, NaN when the coil gave nothing
   float angle_rad = 0;           ///< between tangent and t_i, NaN when the coil gave nothing
+};
+
+/// A camera as it stood when its newest image was taken that the shape uses.
+struct ViewUsed {
+  std::uint32_t camera = 0;       ///< index in the configuration
+  bool has_own_geometry = false;  ///< it came with the image; else the configuration's
+  std::int64_t exposure_monotonic_ns = 0;
+  std::array<double, 2> focal_length_px{};
+  std::array<double, 2> principal_point_px{};
+  std::array<double, 16> T_camera_world{};      ///< row by row, mm: p_camera = T_camera_world * p_world
+  std::array<float, 3> sigma_rotation_rad{};    ///< of the pose, as PoseSigma; 0: taken for exact
+  std::array<float, 3> sigma_translation_mm{};  ///< of the same
 };
 
 /// When the newest measurement of this estimate passed each stage; 0 = did not take part.
@@ -85,6 +100,8 @@ struct TubeEstimate {
   std::array<std::array<double, 3>, kMaxCoefficients> coefficients_mm{};
   std::uint32_t coil_count = 0;
   std::array<CoilResidual, kMaxCoils> coils{};
+  std::uint32_t view_count = 0;
+  std::array<ViewUsed, kMaxCameras> views{};  ///< those that take part
   StageStamps stamps;
 };
 

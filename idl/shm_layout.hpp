@@ -83,7 +83,11 @@ static_assert(offsetof(tubed_shm_image, sigma_translation_mm) == 100);
 static_assert(offsetof(tubed_shm_image, pivot_depth_mm) == 112);
 
 static_assert(sizeof(tubed_shm_point) == 64 && sizeof(tubed_shm_coil) == 16 &&
-              sizeof(tubed_shm_stamps) == 72);
+              sizeof(tubed_shm_view) == 200 && sizeof(tubed_shm_stamps) == 72);
+static_assert(offsetof(tubed_shm_point, held_by) == 60);
+static_assert(offsetof(tubed_shm_view, exposure_monotonic_ns) == 8);
+static_assert(offsetof(tubed_shm_view, T_camera_world) == 48);
+static_assert(offsetof(tubed_shm_view, sigma_translation_mm) == 188);
 static_assert(offsetof(tubed_shm_estimate, sequence_number) == 72);
 static_assert(offsetof(tubed_shm_estimate, validity) == 112);
 static_assert(offsetof(tubed_shm_estimate, has_image) == 120);
@@ -94,8 +98,10 @@ static_assert(offsetof(tubed_shm_estimate, coefficient_count) == 8368);
 static_assert(offsetof(tubed_shm_estimate, coefficients_mm) == 8376);
 static_assert(offsetof(tubed_shm_estimate, coil_count) == 9912);
 static_assert(offsetof(tubed_shm_estimate, coils) == 9916);
-static_assert(offsetof(tubed_shm_estimate, stamps) == 10176);
-static_assert(sizeof(tubed_shm_estimate) == 10248);
+static_assert(offsetof(tubed_shm_estimate, view_count) == 10172);
+static_assert(offsetof(tubed_shm_estimate, views) == 10176);
+static_assert(offsetof(tubed_shm_estimate, stamps) == 10976);
+static_assert(sizeof(tubed_shm_estimate) == 11048);
 
 static_assert(sizeof(tubed_shm_greeting) == 16);
 

@@ -10,7 +10,7 @@ constexpr std::array<std::string_view, kReasonCount> kReasonNames = {
     "IMAGE_OFF",       "IMAGE_STALE",    "IMAGE_REJECTED",   "IMAGE_LOST_TUBE", "NOT_CONVERGED",
     "NO_REGISTRATION", "CLOCK_UNSYNCED", "DEADLINE_MISSED",  "INITIALISING",    "DEMO_DATA",
     "REPLAY_DATA",     "RIVAL_WRITER",   "GEOMETRY_CHANGED", "REFERENCE_LOST",  "EM_IMAGE_DISAGREE",
-    "TIP_NOT_SEEN"};
+    "TIP_NOT_SEEN",    "AMBIGUOUS"};
 }  // namespace
 
 std::string_view name_of(Validity validity) {

@@ -20,7 +20,7 @@ COMMENT = re.compile(r"^\s*//\s?(.*)$")
 VERSION = re.compile(r"^\s*const unsigned long TUBE_ESTIMATE_VERSION = (\d+);\s*// layout ([0-9a-f]{8})\b")
 IN_C = {"unsigned long": "uint32_t", "long": "int32_t", "unsigned long long": "uint64_t", "long long": "int64_t", "double": "double",
         "float": "float", "boolean": "bool"}
-SHM_NAMES = {"CentrelinePoint": "tubed_shm_point", "CoilResidual": "tubed_shm_coil", "StageStamps": "tubed_shm_stamps",
+SHM_NAMES = {"CentrelinePoint": "tubed_shm_point", "CoilResidual": "tubed_shm_coil", "ViewUsed": "tubed_shm_view", "StageStamps": "tubed_shm_stamps",
              "TubeEstimate": "tubed_shm_estimate"}
 MADE = "/* Made by idl/wire_fields.py from the .idl files. */\n"
 

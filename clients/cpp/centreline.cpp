@@ -95,4 +95,22 @@ double sigma_mm_at(const tubed_TubeEstimate& estimate, double s_mm) {
                    share * variance_mm2(estimate.points[i + 1]));
 }
 
+std::uint32_t held_by_at(const tubed_TubeEstimate& estimate, double s_mm) {
+  if (!has_shape(estimate) || std::isnan(s_mm)) {
+    return 0;
+  }
+  const double place = clamped(estimate, s_mm) / static_cast<double>(estimate.length_mm);
+  return estimate.points[static_cast<std::size_t>(std::lround(place * (estimate.point_count - 1.0)))].held_by;
+}
+
+double unheld_ratio(const tubed_TubeEstimate& estimate) {
+  if (!has_shape(estimate)) {
+    return 1;
+  }
+  const auto unheld = std::count_if(std::begin(estimate.points),
+                                    std::begin(estimate.points) + static_cast<int>(estimate.point_count),
+                                    [](const tubed_CentrelinePoint& point) { return point.held_by == 0; });
+  return static_cast<double>(unheld) / estimate.point_count;
+}
+
 }  // namespace tubed

@@ -12,6 +12,13 @@ namespace {
 
 using Covariance = Eigen::Matrix<double, 6, 1>;  // xx xy xz yy yz zz
 
+// Of the published point that is nearest.
+std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm) {
+  const auto last = static_cast<double>(estimate.point_count - 1);
+  const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
+  return estimate.points[static_cast<std::size_t>(std::lround(place))].held_by;
+}
+
 Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
   const auto last = static_cast<double>(estimate.point_count - 1);
   const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
@@ -53,18 +60,20 @@ EstimatedShape shape_of(const TubeEstimate& estimate) {
     shape.centreline.p_world_mm.col(i) = combine(C, basis.first, basis.value);
     shape.sigma_world_mm.col(i) = Eigen::Array3d(covariance[0], covariance[3], covariance[5]).max(0).sqrt();
     shape.covariance_world_mm2.col(i) = covariance;
+    shape.held_by.push_back(held_by_at(estimate, s_mm));
   }
   return shape;
 }
 
 void write_estimate_header(std::ostream& out) {
-  out << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz\n";
+  out << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,held_"
+         "by\n";
 }
 
 void write_estimate_rows(std::ostream& out, std::uint32_t frame, const TubeEstimate& estimate) {
   const EstimatedShape shape = shape_of(estimate);
   if (shape.centreline.s_mm.empty()) {
-    out << frame << ",,,,,,,," << name_of(shape.validity) << ",,,,,,\n";
+    out << frame << ",,,,,,,," << name_of(shape.validity) << ",,,,,,,\n";
     return;
   }
   std::array<char, 384> row{};
@@ -73,9 +82,10 @@ void write_estimate_rows(std::ostream& out, std::uint32_t frame, const TubeEstim
     const Eigen::Vector3d sigma = shape.sigma_world_mm.col(i);
     const Covariance c = shape.covariance_world_mm2.col(i);
     std::snprintf(row.data(), row.size(),
-                  "%u,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%s,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g\n", frame,
+                  "%u,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%s,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%u\n", frame,
                   static_cast<int>(i), p.x(), p.y(), p.z(), sigma.x(), sigma.y(), sigma.z(),
-                  name_of(shape.validity).data(), c[0], c[1], c[2], c[3], c[4], c[5]);
+                  name_of(shape.validity).data(), c[0], c[1], c[2], c[3], c[4], c[5],
+                  shape.held_by[static_cast<std::size_t>(i)]);
     out << row.data();
   }
 }

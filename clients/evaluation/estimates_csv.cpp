@@ -13,9 +13,13 @@ namespace {
 
 enum Column : std::size_t { kFrame, kS, kX, kY, kZ, kSigmaX, kSigmaY, kSigmaZ, kValidity, kCovariance };
 constexpr std::size_t kCovariances = 6;
+constexpr std::size_t kHeldBy = kCovariance + kCovariances;
 
 /// s_mm x y z sigma_x sigma_y sigma_z, then xx xy xz yy yz zz of the covariance.
-using Row = std::array<double, 7 + kCovariances>;
+struct Row {
+  std::array<double, 7 + kCovariances> numbers{};
+  std::uint32_t held_by = 0;
+};
 
 Validity validity_of(const CsvReader& csv) {
   for (const Validity validity :
@@ -41,18 +45,25 @@ bool has_covariances(const CsvReader& csv) {
 }
 
 Row row_of(const CsvReader& csv) {
-  Row row{};
-  for (std::size_t i = 0; i < 7; ++i) row[i] = csv.number(kS + i);
+  Row row;
+  for (std::size_t i = 0; i < 7; ++i) row.numbers[i] = csv.number(kS + i);
   for (std::size_t column = kSigmaX; column < kValidity; ++column) {
-    if (row[column - kS] < 0) csv.refuse(column, "a standard deviation cannot be negative");
+    if (row.numbers[column - kS] < 0) csv.refuse(column, "a standard deviation cannot be negative");
   }
   for (std::size_t i = 0; i < kCovariances && has_covariances(csv); ++i) {
-    row[7 + i] = csv.number(kCovariance + i);
+    row.numbers[7 + i] = csv.number(kCovariance + i);
+  }
+  if (csv.has(kHeldBy)) {
+    row.held_by = csv.count(kHeldBy);
+    if (row.held_by > (kHeldByCoil | kHeldByImage)) {
+      csv.refuse(kHeldBy, "0: nothing, 1: a coil, 2: an image, 3: both; there is no other");
+    }
   }
   return row;
 }
 
-EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, bool covariances_known) {
+EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, const CsvReader& csv) {
+  const bool covariances_known = has_covariances(csv);
   EstimatedShape shape;
   shape.validity = validity;
   const auto count = static_cast<Eigen::Index>(rows.size());
@@ -60,13 +71,14 @@ EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, bool co
   shape.sigma_world_mm.resize(3, count);
   shape.covariance_world_mm2.resize(6, covariances_known ? count : 0);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Row& row = rows[static_cast<std::size_t>(i)];
+    const auto& row = rows[static_cast<std::size_t>(i)].numbers;
     shape.centreline.s_mm.push_back(row[0]);
     shape.centreline.p_world_mm.col(i) << row[1], row[2], row[3];
     shape.sigma_world_mm.col(i) << row[4], row[5], row[6];
     if (covariances_known) {
       shape.covariance_world_mm2.col(i) << row[7], row[8], row[9], row[10], row[11], row[12];
     }
+    if (csv.has(kHeldBy)) shape.held_by.push_back(rows[static_cast<std::size_t>(i)].held_by);
   }
   return shape;
 }
@@ -75,7 +87,7 @@ EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, bool co
 
 Estimates read_estimates(const std::filesystem::path& file) {
   CsvReader csv(file, {"frame", "s_mm", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "validity"},
-                {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"});
+                {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz", "held_by"});
   Estimates estimates;
   std::vector<Row> rows;  // of the frame that is being read
   bool more = csv.next_row();
@@ -91,12 +103,13 @@ Estimates read_estimates(const std::filesystem::path& file) {
         csv.refuse(kValidity, "one estimate has one validity, the row before another");
       if (!has_no_shape(csv)) {
         const Row row = row_of(csv);
-        if (!rows.empty() && row[0] <= rows.back()[0]) csv.refuse(kS, "does not rise within the frame");
+        if (!rows.empty() && row.numbers[0] <= rows.back().numbers[0])
+          csv.refuse(kS, "does not rise within the frame");
         rows.push_back(row);
       }
       more = csv.next_row();
     } while (more && csv.count(kFrame) == frame);
-    estimates.emplace(frame, shape_of(validity, rows, has_covariances(csv)));
+    estimates.emplace(frame, shape_of(validity, rows, csv));
   }
   return estimates;
 }

@@ -25,20 +25,28 @@ void refuse_frames_of_another_run(const TrueRun& run, const Estimates& estimates
   }
 }
 
+void count_within(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& sigma_mm, SigmaCoverage& coverage) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    ++coverage.coordinate_count;
+    for (std::size_t k = 1; k <= coverage.within.size(); ++k) {
+      if (off_mm[axis] <= static_cast<double>(k) * sigma_mm[axis]) ++coverage.within[k - 1];
+    }
+  }
+}
+
 void count_coverage(const EstimatedShape& shape, const SampledCentreline& truth, double s_max_mm,
-                    SigmaCoverage& coverage) {
+                    MethodEvaluation& evaluation) {
   for (std::size_t i = 0; i < shape.centreline.s_mm.size(); ++i) {
     const double s_mm = shape.centreline.s_mm[i];
     if (s_mm > s_max_mm || s_mm > truth.s_mm.back()) break;
     const auto column = static_cast<Eigen::Index>(i);
     const Eigen::Vector3d off_mm =
         (shape.centreline.p_world_mm.col(column) - point_at(truth, s_mm)).cwiseAbs();
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      ++coverage.coordinate_count;
-      for (std::size_t k = 1; k <= coverage.within.size(); ++k) {
-        const double limit_mm = static_cast<double>(k) * shape.sigma_world_mm(axis, column);
-        if (off_mm[axis] <= limit_mm) ++coverage.within[k - 1];
-      }
+    count_within(off_mm, shape.sigma_world_mm.col(column), evaluation.coverage);
+    if (!shape.held_by.empty()) {
+      HeldPoints& held = evaluation.held[shape.held_by[i]];
+      held.off_mm.push_back(off_mm.norm());
+      count_within(off_mm, shape.sigma_world_mm.col(column), held.coverage);
     }
   }
 }
@@ -139,7 +147,7 @@ MethodEvaluation evaluate_method(const TrueRun& run, const Estimates& estimates,
       error = shape_error(shape.centreline, instant.truth, cameras, settings);
       if (!error) evaluation.unjudged_frames.push_back(instant.frame);
       tip = tip_sigmas(shape, instant.truth);
-      count_coverage(shape, instant.truth, settings.s_max_mm, evaluation.coverage);
+      count_coverage(shape, instant.truth, settings.s_max_mm, evaluation);
       if (const auto points = misleading_points(shape, instant.truth, view, settings)) {
         MisleadingCount& count = evaluation.misleading[shape.validity];
         ++count.instants;

@@ -53,6 +53,13 @@ struct SigmaCoverage {
   }
 };
 
+/// Points, up to s_max_mm and in view or not, by what holds them, with their distances from the true points
+/// of the same arc length.
+struct HeldPoints {
+  std::vector<double> off_mm;
+  SigmaCoverage coverage;
+};
+
 /// One method (one file of estimates) against the truth.
 struct MethodEvaluation {
   std::vector<std::optional<ShapeError>> errors;  ///< one each of TrueRun::instants, same order
@@ -65,6 +72,8 @@ struct MethodEvaluation {
   std::vector<std::uint32_t> unjudged_frames;   ///< estimated and true, but no point in view
   std::map<Validity, std::size_t> validity_counts;
   SigmaCoverage coverage;
+  /// By CentrelinePoint::held_by: nothing, a coil, an image, both; all empty where the file does not say.
+  std::array<HeldPoints, 4> held{};
   /// Of each validity, the instants with misleading points; empty where the file has no covariances.
   std::map<Validity, MisleadingCount> misleading;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string_view>
 
 namespace tubed {
@@ -129,6 +130,30 @@ void print_misleading(const std::map<Validity, MisleadingCount>& counts, std::os
       << formatted("%zu of all %zu (%.1f %%)\n", all.misleading, all.instants, percent_of(all));
 }
 
+constexpr std::array<std::string_view, 4> kHolders{"nothing", "a coil", "an image", "a coil and an image"};
+
+double root_mean_square(const std::vector<double>& values) {
+  const double squares = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+void print_held(const std::array<HeldPoints, 4>& held, std::ostream& out) {
+  std::size_t points = 0;
+  for (const HeldPoints& part : held) points += part.off_mm.size();
+  if (points == 0) return;
+  out << "  points held by          share   RMS mm   95 %   greatest   within 1 / 2 / 3 sigma\n";
+  for (std::size_t i = held.size(); i-- > 0;) {
+    const HeldPoints& part = held[i];
+    if (part.off_mm.empty()) continue;
+    const double share = static_cast<double>(part.off_mm.size()) / static_cast<double>(points);
+    out << "    " << cell(kHolders[i], 21)
+        << formatted("%5.1f %%   %6.2f %6.2f   %8.2f   %.1f / %.1f / %.1f %%\n", 100 * share,
+                     root_mean_square(part.off_mm), quantile(part.off_mm, 0.95),
+                     *std::max_element(part.off_mm.begin(), part.off_mm.end()), 100 * part.coverage.share(1),
+                     100 * part.coverage.share(2), 100 * part.coverage.share(3));
+  }
+}
+
 void print_method(std::string_view name, const MethodEvaluation& method, std::size_t due_count,
                   std::ostream& out) {
   out << name << ": " << method.judged_count() << " of " << due_count << " instants judged; validity";
@@ -146,6 +171,7 @@ void print_method(std::string_view name, const MethodEvaluation& method, std::si
     out << formatted(k == 1 ? "%.1f" : " / %.1f", 100 * method.coverage.share(k));
   out << formatted(" %%; normal: %.1f / %.1f / %.1f %%\n", kNormalShares[0], kNormalShares[1],
                    kNormalShares[2]);
+  print_held(method.held, out);
 }
 
 nlohmann::json number(double value) {
@@ -164,7 +190,17 @@ nlohmann::json json_of(const MethodEvaluation& method) {
                       {"unjudged_frames", method.unjudged_frames},
                       {"validity", nlohmann::json::object()},
                       {"within_sigma", nullptr},
+                      {"held_by", nullptr},
                       {"misleading", nullptr}};
+  for (std::size_t i = 0; i < method.held.size(); ++i) {
+    const HeldPoints& part = method.held[i];
+    if (part.off_mm.empty()) continue;
+    json["held_by"][std::string(kHolders[i])] = {
+        {"points", part.off_mm.size()},
+        {"rms_mm", root_mean_square(part.off_mm)},
+        {"p95_mm", quantile(part.off_mm, 0.95)},
+        {"within_sigma", {part.coverage.share(1), part.coverage.share(2), part.coverage.share(3)}}};
+  }
   for (const auto& [validity, count] : method.misleading) {
     json["misleading"][std::string(name_of(validity))] = {{"instants", count.instants},
                                                           {"misleading", count.misleading}};

@@ -63,8 +63,9 @@ json instrument_json(const tubed_TubeIdentity& identity) {
   return object;
 }
 
-json camera_json(const tubed_CameraIdentity& camera) {
+json camera_json(const tubed_CameraIdentity& camera, std::size_t index) {
   json object{{"name", printable_text(camera.name)},
+              {"index", index},
               {"width", camera.width},
               {"height", camera.height},
               {"f", {camera.focal_length_px[0], camera.focal_length_px[1]}},
@@ -95,12 +96,22 @@ json residual_json(const tubed_CoilResidual& coil) {
 void add_points(const tubed_TubeEstimate& estimate, json& object) {
   json& points = object["points"] = json::array();
   json& covariances = object["cov"] = json::array();
+  json& held = object["held"] = json::array();
   for (const tubed_CentrelinePoint& point : used(estimate.points, estimate.point_count)) {
     for (const double value : point.p_world_mm) points.push_back(micrometres(value));
     for (const float value : point.covariance_mm2) {
       covariances.push_back(std::isfinite(value) ? json(std::round(double{value} * 1e4) / 1e4) : json());
     }
+    held.push_back(point.held_by);
   }
+}
+
+json view_json(const tubed_ViewUsed& view) {
+  json object{{"camera", view.camera},
+              {"f", {view.focal_length_px[0], view.focal_length_px[1]}},
+              {"c", {view.principal_point_px[0], view.principal_point_px[1]}}};
+  for (const double value : view.T_camera_world) object["T_camera_world"].push_back(value);
+  return object;
 }
 
 /// Exposure to dds_write, of a sample with an image of its very instant; null: no such image.
@@ -120,8 +131,9 @@ json room_json(const RoomKnowledge& room) {
   std::map<std::string, json> cameras;
   for (const auto& [id, identity] : room.identities) {
     object["instruments"].push_back(instrument_json(identity));
+    std::size_t index = 0;
     for (const tubed_CameraIdentity& camera : used(identity.cameras, identity.camera_count)) {
-      cameras[printable_text(camera.name)] = camera_json(camera);
+      cameras[printable_text(camera.name)] = camera_json(camera, index++);
     }
   }
   for (const auto& [name, camera] : cameras) object["cameras"].push_back(camera);
@@ -157,8 +169,12 @@ json estimate_json(const tubed_TubeEstimate& estimate, std::int64_t received_ns,
               {"in_view", rounded(estimate.in_view_ratio, 1e-3)},
               {"exposed_at", milliseconds(estimate.stamps.exposure_monotonic_ns)},
               {"latency", latency_json(estimate)},
-              {"coils", json::array()}};
+              {"coils", json::array()},
+              {"views", json::array()}};
   add_points(estimate, object);
+  for (const tubed_ViewUsed& view : used(estimate.views, estimate.view_count)) {
+    if (view.has_own_geometry) object["views"].push_back(view_json(view));
+  }
   for (const tubed_CoilResidual& coil : used(estimate.coils, estimate.coil_count)) {
     object["coils"].push_back(residual_json(coil));
   }

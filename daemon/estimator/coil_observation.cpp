@@ -61,6 +61,12 @@ double CoilObservations::first_used_mm() const {
   return std::isfinite(first_mm) ? first_mm : 0;
 }
 
+bool CoilObservations::hold(double s_mm) const {
+  return std::any_of(coils.begin(), coils.begin() + count, [s_mm](const CoilObservation& coil) {
+    return coil.used() && std::abs(coil.s_mm - s_mm) <= kHolds_mm;
+  });
+}
+
 bool CoilObservations::nearest_is_used(double place_mm) const {
   const auto nearest = std::min_element(coils.begin(), coils.begin() + count,
                                         [place_mm](const CoilObservation& a, const CoilObservation& b) {

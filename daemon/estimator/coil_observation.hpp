@@ -26,9 +26,14 @@ struct CoilObservations {
   [[nodiscard]] int used_count() const;
   /// Arc length of the first one that takes part, mm from the tip; 0 when none does.
   [[nodiscard]] double first_used_mm() const;
+  /// Does one that takes part lie within kHolds_mm of this place on the tube, mm from the tip?
+  [[nodiscard]] bool hold(double s_mm) const;
+  /// So far along the tube a coil says about as well where it is as at itself: bending moves it by
+  /// sqrt(bending_q_per_mm d^3 / 3), 2.5 mm, which is what a coil errs by.
+  static constexpr double kHolds_mm = 30;
   /// Is that near enough to the tip to say where it is?
   [[nodiscard]] bool hold_tip() const { return first_used_mm() <= kTipIsHeldFrom_mm; }
-  static constexpr double kTipIsHeldFrom_mm = 30;
+  static constexpr double kTipIsHeldFrom_mm = kHolds_mm;
   /// Does the coil that is nearest to this place on the tube, mm from the tip, take part?
   [[nodiscard]] bool nearest_is_used(double place_mm) const;
 };

@@ -42,7 +42,12 @@ class MirrorTest {
   /// Way to the other shape that the tip may have, 3 x n, mm, times the square root of its probability: what
   /// rival() rival()^T adds to the covariance of the coefficients. Zero without one.
   [[nodiscard]] const Eigen::Matrix3Xd& rival() const { return rival_; }
-  void clear() { rival_.setZero(); }
+  /// Is that shape, or another one, about as likely and somewhere else?
+  [[nodiscard]] bool is_ambiguous() const { return is_ambiguous_; }
+  void clear() {
+    rival_.setZero();
+    is_ambiguous_ = false;
+  }
 
   /// Where C may be mirrored, arc lengths from the tip, mm: at the first coil, and where C is less steep than
   /// beside it. Valid until the next call of anything here.
@@ -69,6 +74,7 @@ class MirrorTest {
   std::array<Eigen::Matrix3Xd, kMostStarts> shapes_;  ///< the one given, and what becomes of each other start
   std::array<double, kMostStarts> costs_{};
   Eigen::Matrix3Xd rival_;
+  bool is_ambiguous_ = false;
 };
 
 }  // namespace tubed

@@ -52,7 +52,7 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
   }
   doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
   if (doubt_ != TipDoubt::kNone) {
-    estimate.reasons.add(Reason::kTipNotSeen);
+    estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
     if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
   }
 }

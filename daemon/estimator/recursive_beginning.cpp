@@ -85,6 +85,7 @@ bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<con
   C.leftCols(start_.C().cols()) = start_.C();
   state_.bending = start_.bending();
   state_.rival = start_.rival();
+  state_.is_ambiguous = start_.is_ambiguous();
   map_.set_bending(state_.bending);
   map_.set_strain_slack(kStrainSlack);
   map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());

@@ -142,9 +142,12 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, shape, estimate);
+  write_held_by_coils(coils, estimate);
+  write_held_by_images(observation, views_, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);
-  judge(observation, coils, {has_cameras_, registered_, converged_, standing, agreement_.disagree()},
+  judge(observation, coils,
+        {has_cameras_, registered_, converged_, standing, agreement_.disagree(), state_.is_ambiguous},
         estimate);
 }
 
@@ -262,6 +265,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
                 interval_s);
   if (loose_tip_mm(coils, rest_) == 0) {
     state_.rival.setZero();
+    state_.is_ambiguous = false;
   }
   learn_drift(interval_s);
   ask_alone(frame, history, interval_s);

@@ -96,6 +96,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
     TubeMotion::DriftVariances drift;
     Eigen::VectorXd bending;         ///< how much the tube bends, as TubeMap::set_bending() takes it
     Eigen::Matrix3Xd rival;          ///< MirrorTest::rival() of the newest image that showed the tube
+    bool is_ambiguous = false;       ///< the same of MirrorTest::is_ambiguous()
     MonotonicTime bending_learnt{};  ///< when it was last learnt
     double last_freedom = 1;         ///< that of the newest EM measurement
     UsualSurprise usual;

@@ -87,6 +87,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   state_.images_without_tube = 0;
   state_.confirmed = observation.instant;
   state_.rival = mirror_test_.rival();
+  state_.is_ambiguous = mirror_test_.is_ambiguous();
   state_.tip_is_missed = views_.misses_tip(observation.instant);
   views_.trust(observation);
   if (!take_lines(lines)) {

@@ -131,6 +131,30 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
   }
 }
 
+double place_of_point_mm(std::size_t point, const TubeEstimate& estimate) {
+  return static_cast<double>(estimate.length_mm) * static_cast<double>(point) / (kMaxCentrelinePoints - 1);
+}
+
+void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate) {
+  estimate.view_count = 0;
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    estimate.points[i].held_by = coils.hold(place_of_point_mm(i, estimate)) ? kHeldByCoil : 0;
+  }
+}
+
+void write_held_by_images(const Observation& observation, const TubeViews& views, TubeEstimate& estimate) {
+  for (std::size_t view = 0; view < views.count(); ++view) {
+    if (const auto used = views.used(view, observation)) {
+      estimate.views[estimate.view_count++] = *used;
+    }
+  }
+  for (std::size_t i = 0; estimate.view_count > 0 && i < estimate.point_count; ++i) {
+    if (views.shows(place_of_point_mm(i, estimate), observation)) {
+      estimate.points[i].held_by |= kHeldByImage;
+    }
+  }
+}
+
 void add_reference_error(const EmFrame* frame, const EmHistory& history, const RigidTransform& T_world_em,
                          TubeEstimate& estimate) {
   const ReferenceError error = history.placement(frame).error.in(T_world_em);
@@ -203,6 +227,10 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
   }
   if (has_shape && findings.em_image_disagree) {
     estimate.reasons.add(Reason::kEmImageDisagree);
+    doubtful = true;
+  }
+  if (has_shape && findings.ambiguous) {
+    estimate.reasons.add(Reason::kAmbiguous);
     doubtful = true;
   }
   if (!has_shape) {

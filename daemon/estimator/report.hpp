@@ -32,6 +32,7 @@ struct Findings {
   bool converged = true;
   ImageVerdict images = ImageVerdict::kNone;  ///< of this instant, or LostTube::standing()
   bool em_image_disagree = false;             ///< CoilImageAgreement::disagree()
+  bool ambiguous = false;                     ///< MirrorTest::is_ambiguous()
 };
 
 /// That an image did not show the tube holds until one does, also for the shapes between images. Called by
@@ -60,6 +61,16 @@ bool is_stale(const EmFrame* frame, const Observation& observation, const Estima
 
 /// Fills valid_time_ns, radius, length, points, coefficients.
 void write_shape(const FoundShape& shape, const InstrumentDescription& instrument, TubeEstimate& estimate);
+
+/// Arc length of a published point from the tip.
+double place_of_point_mm(std::size_t point, const TubeEstimate& estimate);
+
+/// Begins held_by of all points that write_shape() has filled: with the coils that are used and near along
+/// the tube.
+void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate);
+
+/// Adds to it where the images that take part show the tube, and fills views with those.
+void write_held_by_images(const Observation& observation, const TubeViews& views, TubeEstimate& estimate);
 
 /// Adds what is not known of the patient's reference at `frame` (nullptr: nothing) to the covariance of all
 /// points, which write_shape() or the mode itself has filled. T_world_em is the registration's.

@@ -54,10 +54,12 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, shape, estimate);
+  write_held_by_coils(coils, estimate);
+  write_held_by_images(observation, views_, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   judge(observation, coils,
         {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
-         lost_tube_.standing(observation, images)},
+         lost_tube_.standing(observation, images), false, solver_.is_ambiguous()},
         estimate);
 }
 

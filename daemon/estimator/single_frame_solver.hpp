@@ -50,6 +50,7 @@ class SingleFrameSolver {
   [[nodiscard]] const Eigen::VectorXd& bending() const { return bending_; }
   /// Of the mirror test of a tip that no coil holds, 3 x coefficients; zero where there was none.
   [[nodiscard]] const Eigen::Matrix3Xd& rival() const { return mirror_test_.rival(); }
+  [[nodiscard]] bool is_ambiguous() const { return mirror_test_.is_ambiguous(); }
   [[nodiscard]] const TubeMap& map() const { return map_; }
   [[nodiscard]] bool converged() const { return converged_; }
 

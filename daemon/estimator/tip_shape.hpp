@@ -22,6 +22,12 @@ enum class TipDoubt {
   kNoSuchHook  ///< a hook is configured, and a straight tip explains coils and images better
 };
 
+/// Is it that two shapes are about as likely (AMBIGUOUS), and not that one is contradicted or nobody has
+/// looked (TIP_NOT_SEEN)?
+inline bool is_ambiguous(TipDoubt doubt) {
+  return doubt == TipDoubt::kOneView || doubt == TipDoubt::kUndecided;
+}
+
 /// Asks HookSearch now and then, remembers by how much a hook was the better explanation, and says which rest
 /// shape the shapes of this instrument are solved with. Evidence of one image repeats in the next one: gains
 /// are averaged, never added up, and no hook is taken for what one round alone says. Called by the optimizer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/image/measured_view.hpp"
 #include "daemon/image/sample_vesselness.hpp"
 #include "daemon/image/tube_end.hpp"
 #include "daemon/image/vesselness_meter.hpp"
@@ -55,6 +56,7 @@ void TubeViews::look_from(const Observation& observation) {
     if (image != nullptr && image->state == ImageState::kMeasured) {
       views_[v].camera.look_from(image->geometry);
       views_[v].pose_sigma = image->geometry ? image->geometry->sigma : PoseSigma{};
+      views_[v].own_pose = image->brought_geometry;
     }
   }
 }
@@ -133,6 +135,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   if (view.inlier_ratio < kFewestAgreeing) {
     return;
   }
+  view.seen.record({lines_.data(), static_cast<std::size_t>(layout_.count)}, layout_.spacing_mm);
   for (int i = 0; i < layout_.count; ++i) {
     const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
     if (line.in_view) {
@@ -310,14 +313,30 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
   }
 }
 
+bool TubeViews::takes_part(const View& view, const Observation& observation) {
+  return view.count > 0 && to_ns(view.exposure) != 0 &&
+         std::abs(seconds_between(view.exposure, observation.instant)) <=
+             std::chrono::duration<double>(observation.image_timeout).count();
+}
+
+bool TubeViews::shows(double s_mm, const Observation& observation) const {
+  return std::any_of(views_.begin(), views_.end(),
+                     [&](const View& view) { return takes_part(view, observation) && view.seen.at(s_mm); });
+}
+
+std::optional<ViewUsed> TubeViews::used(std::size_t view, const Observation& observation) const {
+  const View& of = views_[view];
+  return takes_part(of, observation) ? std::optional(used_view(view, of.camera.calibration(), of.exposure,
+                                                               of.own_pose ? &of.pose_sigma : nullptr))
+                                     : std::nullopt;
+}
+
 std::span<const ViewConstraints> TubeViews::constraints(const Observation& observation,
                                                         double variance_factor, bool only_of_instant) {
   std::size_t gathered = 0;
   for (View& view : views_) {
     const double age_s = std::abs(seconds_between(view.exposure, observation.instant));
-    if (view.count == 0 || to_ns(view.exposure) == 0 ||
-        age_s > std::chrono::duration<double>(observation.image_timeout).count() ||
-        (only_of_instant && age_s > kOneInstant_s)) {
+    if (!takes_part(view, observation) || (only_of_instant && age_s > kOneInstant_s)) {
       continue;
     }
     const double pixels_per_mm = view.camera.calibration().fx / 1000.0;

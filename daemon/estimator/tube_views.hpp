@@ -12,6 +12,7 @@
 #include "daemon/image/image_likelihood.hpp"
 #include "daemon/image/mark_search.hpp"
 #include "daemon/image/projected_lines.hpp"
+#include "daemon/image/seen_tube.hpp"
 
 namespace tubed {
 
@@ -70,6 +71,13 @@ class TubeViews {
   /// How far beyond the lines' reach an image is read around the tip.
   static constexpr double kBeyondTip_px = 22;
 
+  /// Does the newest image of a camera, no older than observation.image_timeout, show the tube at s_mm from
+  /// the tip?
+  [[nodiscard]] bool shows(double s_mm, const Observation& observation) const;
+
+  /// From where that image of this camera was taken; nothing when none takes part.
+  [[nodiscard]] std::optional<ViewUsed> used(std::size_t view, const Observation& observation) const;
+
   /// Exposure of the newest image that lines were kept of; zero: none.
   [[nodiscard]] MonotonicTime newest_exposure() const;
 
@@ -93,6 +101,8 @@ class TubeViews {
     Camera camera;
     std::unique_ptr<ImageLikelihood> likelihood;
     PoseSigma pose_sigma{};  ///< of the camera's pose
+    bool own_pose = false;   ///< that came with the newest image
+    SeenTube seen{};         ///< by the newest image
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
     int count = 0;
@@ -104,6 +114,7 @@ class TubeViews {
     double in_view_ratio = 0;
   };
 
+  [[nodiscard]] static bool takes_part(const View& view, const Observation& observation);
   [[nodiscard]] std::optional<bool> misses_tip_here() const;
   [[nodiscard]] int unseen_here() const;
   int leave_out_before(double from_mm);

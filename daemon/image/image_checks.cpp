@@ -74,6 +74,7 @@ float words_per_level(float white, int binning) {
 
 ImageRejection ImageDoor::take_geometry(const ImageFrame& frame, ImageMeasurement& measurement) {
   measurement.geometry = looks_from_;
+  measurement.brought_geometry = false;
   if (camera_.geometry == GeometryUse::kConfiguration) {
     return ImageRejection::kNone;
   }
@@ -85,6 +86,7 @@ ImageRejection ImageDoor::take_geometry(const ImageFrame& frame, ImageMeasuremen
     return ImageRejection::kWrongGeometry;
   }
   measurement.geometry = binned(*frame.geometry, binning_);
+  measurement.brought_geometry = true;
   return ImageRejection::kNone;
 }
 

@@ -35,6 +35,7 @@ struct ImageMeasurement {
   MonotonicTime frangi_started{};
   MonotonicTime frangi_finished{};
   std::optional<ViewGeometry> geometry;  ///< it was taken with; nothing: as the room has its camera
+  bool brought_geometry = false;         ///< that is the image's own, not the configuration's of now
   int width = 0;
   int height = 0;
   std::vector<float> grey;        ///< row by row, as the detector gave it

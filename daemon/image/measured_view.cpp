@@ -61,12 +61,32 @@ CameraCalibration binned(CameraCalibration camera, int binning) {
     *camera.calibration_residual_px /= binning;
   }
   camera.binning = 1;
+  camera.averaged *= binning;
   return camera;
 }
 
 ViewGeometry binned(ViewGeometry geometry, int binning) {
   bin_intrinsics(geometry, binning);
   return geometry;
+}
+
+ViewUsed used_view(std::size_t index, const CameraCalibration& measured, MonotonicTime exposure,
+                   const PoseSigma* sigma) {
+  ViewUsed used{.camera = static_cast<std::uint32_t>(index),
+                .has_own_geometry = sigma != nullptr,
+                .exposure_monotonic_ns = to_ns(exposure)};
+  const Eigen::Vector2d centre_px = unbinned_px({measured.cx, measured.cy}, measured.averaged);
+  used.focal_length_px = {measured.fx * measured.averaged, measured.fy * measured.averaged};
+  used.principal_point_px = {centre_px.x(), centre_px.y()};
+  using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(used.T_camera_world.data()) = measured.T_camera_world.matrix();
+  if (sigma != nullptr) {
+    std::transform(sigma->rotation_rad.begin(), sigma->rotation_rad.end(), used.sigma_rotation_rad.begin(),
+                   [](double x) { return static_cast<float>(x); });
+    std::transform(sigma->translation_mm.begin(), sigma->translation_mm.end(),
+                   used.sigma_translation_mm.begin(), [](double x) { return static_cast<float>(x); });
+  }
+  return used;
 }
 
 RoomDescription measured_room(RoomDescription room) {

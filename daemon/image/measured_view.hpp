@@ -4,6 +4,8 @@
 #include <span>
 
 #include "drivers/interface/room.hpp"
+#include "drivers/interface/timestamps.hpp"
+#include "idl/estimate.hpp"
 #include "idl/geometry/camera.hpp"
 
 namespace tubed {
@@ -30,6 +32,12 @@ ViewGeometry binned(ViewGeometry geometry, int binning);
 inline Eigen::Vector2d unbinned_px(const Eigen::Vector2d& p_binned_px, int binning) {
   return ((p_binned_px.array() + 0.5) * binning - 0.5).matrix();
 }
+
+/// What the sample says of an image that takes part: the camera of that index in the room, as it was measured
+/// and stood for it, in pixels of the detector. `sigma`: of the pose that came with the image; nullptr: it
+/// was the configuration's.
+ViewUsed used_view(std::size_t index, const CameraCalibration& measured, MonotonicTime exposure,
+                   const PoseSigma* sigma);
 
 /// The room with each camera as its images are measured. The same for a room that is that already.
 RoomDescription measured_room(RoomDescription room);

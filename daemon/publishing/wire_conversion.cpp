@@ -35,10 +35,13 @@ static_assert(tubed_REASON_GEOMETRY_CHANGED == static_cast<unsigned>(Reason::kGe
 static_assert(tubed_REASON_REFERENCE_LOST == static_cast<unsigned>(Reason::kReferenceLost));
 static_assert(tubed_REASON_EM_IMAGE_DISAGREE == static_cast<unsigned>(Reason::kEmImageDisagree));
 static_assert(tubed_REASON_TIP_NOT_SEEN == static_cast<unsigned>(Reason::kTipNotSeen));
+static_assert(tubed_REASON_AMBIGUOUS == static_cast<unsigned>(Reason::kAmbiguous));
+static_assert(tubed_HELD_BY_COIL == kHeldByCoil && tubed_HELD_BY_IMAGE == kHeldByImage);
 
 static_assert(std::size(tubed_TubeEstimate{}.points) == kMaxCentrelinePoints);
 static_assert(std::size(tubed_TubeEstimate{}.coefficients_mm) == kMaxCoefficients);
 static_assert(std::size(tubed_TubeEstimate{}.coils) == kMaxCoils);
+static_assert(std::size(tubed_TubeEstimate{}.views) == kMaxCameras);
 static_assert(std::size(tubed_EmSamples{}.coils) == kMaxCoils);
 static_assert(std::size(tubed_TubeIdentity{}.coil_offsets_from_tip_mm) == kMaxCoils);
 static_assert(std::size(tubed_TubeIdentity{}.cameras) == kMaxCameras);
@@ -99,6 +102,9 @@ void copy_field(const CentrelinePoint& ours, tubed_CentrelinePoint& wire) {
 }
 void copy_field(const CoilResidual& ours, tubed_CoilResidual& wire) {
   TUBED_FIELDS_OF_CoilResidual(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
+}
+void copy_field(const ViewUsed& ours, tubed_ViewUsed& wire) {
+  TUBED_FIELDS_OF_ViewUsed(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
 }
 #undef TUBED_COPY_FIELD
 #undef TUBED_COPY_NO_LIST

@@ -42,6 +42,7 @@ struct CameraCalibration {
   DetectorResponse response = DetectorResponse::kAuto;
   int binning =
       0;  ///< squares of so many pixels a side are measured as one: 1, 2, 4, 8; 0: by the tube's width
+  int averaged = 1;  ///< each of its pixels is such a square of the detector's already, so many a side
   GeometryUse geometry = GeometryUse::kImage;  ///< of what images bring of their own
   /// Its images come as seen from the detector, as displays show them: rows are read from right to left, and
   /// pixel coordinates count in what that makes.

@@ -77,6 +77,7 @@ void check_shape(const tubed::TubeEstimate& estimate) {
     expect_series("p_world_mm", estimate.points()[i].p_world_mm(), 1000 + number);
     expect_series("tangent_world", estimate.points()[i].tangent_world(), 2000 + number);
     expect_series("covariance_mm2", estimate.points()[i].covariance_mm2(), 3000 + number);
+    expect_equal("held_by", estimate.points()[i].held_by(), i % 4);
   }
   expect_equal("coefficient_count", estimate.coefficient_count(), 64);
   expect_equal("coefficient_spacing_mm", estimate.coefficient_spacing_mm(), 110);
@@ -90,6 +91,19 @@ void check_shape(const tubed::TubeEstimate& estimate) {
     expect_equal("offset_from_tip_mm", coil.offset_from_tip_mm(), 5000 + i);
     expect_equal("position_mm", coil.position_mm(), 6000 + i);
     expect_equal("angle_rad", coil.angle_rad(), 7000 + i);
+  }
+  expect_equal("view_count", estimate.view_count(), 4);
+  for (std::size_t i = 0; i < estimate.views().size(); ++i) {
+    const tubed::ViewUsed& view = estimate.views()[i];
+    const auto number = static_cast<double>(i);
+    expect_equal("view's camera", view.camera(), 3 - i);
+    expect_equal("view's has_own_geometry", view.has_own_geometry(), i % 2 == 1);
+    expect_equal("view's exposure", view.exposure_monotonic_ns(), 20000 + i);
+    expect_series("view's focal_length_px", view.focal_length_px(), 21000 + number);
+    expect_series("view's principal_point_px", view.principal_point_px(), 22000 + number);
+    expect_series("view's T_camera_world", view.T_camera_world(), 23000 + number);
+    expect_series("view's sigma_rotation_rad", view.sigma_rotation_rad(), 24000 + number);
+    expect_series("view's sigma_translation_mm", view.sigma_translation_mm(), 25000 + number);
   }
 }
 

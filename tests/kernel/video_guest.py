@@ -4,7 +4,8 @@
 Debian's kernel boots in QEMU, without KVM, with this machine's root, read only, and its module vivid: what is written to
 /dev/video1 comes out of /dev/video0. TEST (a script of this folder, or a program of PROGRAMS) runs in it as root and its exit
 code is that of this script. KERNEL: where `./run tests` has unpacked a kernel; the machine's own is taken where it has one.
-TUBED_GUEST_SECONDS: how long the guest may take. TUBED_GUEST_SHARE: a folder that is /tmp/run in the guest.
+TUBED_GUEST_SECONDS: how long the guest may take. TUBED_GUEST_PRIORITY: its real-time priority (SCHED_FIFO), where time is what is
+tested: else whatever else this machine does stops the emulated card. TUBED_GUEST_SHARE: a folder that is /tmp/run in the guest.
 """
 import os
 import pathlib
@@ -23,6 +24,7 @@ import calm
 SKIP = 77  # SKIP_RETURN_CODE of these tests
 HERE = pathlib.Path(__file__).resolve().parent
 PATIENCE_S = float(os.environ.get("TUBED_GUEST_SECONDS", "240"))
+PRIORITY = int(os.environ.get("TUBED_GUEST_PRIORITY", "0"))
 PATH = os.environ.get("PATH", "") + ":/usr/sbin:/sbin:/usr/bin:/bin"
 ROOT_MODULES = ("virtio_pci", "9pnet_virtio", "9p")  # what it takes to see this machine's root
 VIDEO_MODULES = ("vivid",)
@@ -38,6 +40,16 @@ def find_program(name, package):
     if program is None:
         skip(f"no {name}: apt-get install {package}")
     return program
+
+
+def prepare_guest():
+    """In the process that becomes QEMU."""
+    calm.die_with_parent()
+    if PRIORITY > 0:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        except OSError as error:
+            os.write(2, f"no real-time priority for the guest: {error}\n".encode())
 
 
 class Kernel:
@@ -136,7 +148,7 @@ def boot(qemu, kernel, folder, programs, test):
                *(share("run", os.environ["TUBED_GUEST_SHARE"], False) if "TUBED_GUEST_SHARE" in os.environ else ())]
     with open(folder / "qemu", "wb") as sink:
         guest = subprocess.Popen(list(map(str, command)), stdin=subprocess.DEVNULL, stdout=sink, stderr=sink,
-                                 preexec_fn=calm.die_with_parent)
+                                 preexec_fn=prepare_guest)
         try:
             guest.wait(PATIENCE_S)
             return True

@@ -14,6 +14,7 @@
 
 #include "clients/tubectl/check/doctor_can.hpp"
 #include "clients/tubectl/check/doctor_checks.hpp"
+#include "clients/tubectl/check/doctor_instruments.hpp"
 #include "clients/tubectl/check/doctor_keys.hpp"
 #include "clients/tubectl/check/doctor_network.hpp"
 #include "clients/tubectl/check/doctor_rivals.hpp"
@@ -124,6 +125,15 @@ std::vector<NamedFinding> look_at_keys(const DoctorArguments& arguments) {
   }
 }
 
+/// Nothing when the configuration cannot be read.
+std::vector<NamedFinding> look_at_instruments(const DoctorArguments& arguments) {
+  try {
+    return examine_instruments(load_configuration(arguments.configuration).room);
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 /// Of the cameras nothing when the configuration cannot be read.
 std::vector<NamedFinding> look_at_images(const Machine& machine) {
   std::vector<NamedFinding> findings = examine_cards(machine, make_linux_video_device);
@@ -169,6 +179,9 @@ int run_doctor(const DoctorArguments& arguments) {
     tell(one.name, one.finding);
   }
   for (const NamedFinding& one : look_at_keys(arguments)) {
+    tell(one.name, one.finding);
+  }
+  for (const NamedFinding& one : look_at_instruments(arguments)) {
     tell(one.name, one.finding);
   }
   for (const NamedFinding& one : look_at_images(machine)) {

@@ -80,12 +80,23 @@ std::int64_t measured_monotonic_ns(const tubed_TubeEstimate& estimate) {
                             : estimate.stamps.em_measured_monotonic_ns;
 }
 
+namespace {
+
+// Where it is not the whole tube that something holds.
+std::string unheld_text(const tubed_TubeEstimate& estimate) {
+  const double percent = 100 * unheld_ratio(estimate);
+  return percent > 0 ? fmt::format(", nothing holds {:.0f} %", std::max(percent, 1.0)) : std::string();
+}
+
+}  // namespace
+
 std::string line_of(const tubed_TubeEstimate& estimate, std::int64_t received_monotonic_ns) {
   const Vector3 tip = point_at(estimate, 0);
   const bool has_shape = std::isfinite(tip[0]) && std::isfinite(tip[1]) && std::isfinite(tip[2]);
-  const std::string shape = has_shape ? fmt::format("tip {:.2f} {:.2f} {:.2f} mm sigma {:.2f} mm", tip[0],
-                                                    tip[1], tip[2], sigma_mm_at(estimate, 0))
-                                      : std::string("no shape");
+  const std::string shape = has_shape
+                                ? fmt::format("tip {:.2f} {:.2f} {:.2f} mm sigma {:.2f} mm{}", tip[0], tip[1],
+                                              tip[2], sigma_mm_at(estimate, 0), unheld_text(estimate))
+                                : std::string("no shape");
   return fmt::format("{:.3f} {} #{} {} {} {}, {}", seconds(estimate.valid_time_ns),
                      printable_text(estimate.instrument_id), estimate.sequence_number,
                      name_of(static_cast<Validity>(estimate.validity)), names_of(Reasons(estimate.reasons)),

@@ -20,7 +20,7 @@ export function projected_tube(sample, camera, place) {
   const points = sample.points, cov = sample.cov, n = points.length / 3, line = [];
   for (let i = 0; i < n; ++i) {
     const p = point(points, i), image = project(camera, p);
-    if (image) line.push({i, world: p, image, p: to_canvas(place, image)});
+    if (image) line.push({i, world: p, image, p: to_canvas(place, image), is_held: sample.held[i] !== 0});
   }
   for (let i = 0; i < line.length; ++i) {
     const a = line[Math.max(i - 1, 0)].p, b = line[Math.min(i + 1, line.length - 1)].p;
@@ -58,6 +58,25 @@ function ribbon(context, line, of) {
   context.closePath();
 }
 
+// Stretches that something holds, and those between them that nothing does; neighbours share a point.
+export function runs(line) {
+  const found = [];
+  for (const here of line) {
+    const last = found.at(-1);
+    if (last?.is_held === here.is_held) last.line.push(here);
+    else found.push({is_held: here.is_held, line: last ? [last.line.at(-1), here] : [here]});
+  }
+  return found;
+}
+
+// The tube's outline, open at its ends.
+function sides(context, line) {
+  context.beginPath();
+  for (const k of [1, -1]) {
+    line.forEach((here, i) => context[i ? "lineTo" : "moveTo"](here.p[0] + k * here.r * here.n[0], here.p[1] + k * here.r * here.n[1]));
+  }
+}
+
 function draw_tube(context, line, look, state, ratio) {
   if (line.length < 2) return;
   if (look.band) {
@@ -65,11 +84,13 @@ function draw_tube(context, line, look, state, ratio) {
     context.fillStyle = `rgba(${COLOURS.band[state]},.22)`;
     context.fill();
   }
-  ribbon(context, line, (here) => here.r);
   context.strokeStyle = COLOURS[state];
   context.lineWidth = 1.3 * ratio;
-  context.setLineDash(state === "questionable" ? [8 * ratio, 5 * ratio] : []);
-  context.stroke();
+  for (const run of runs(line)) {
+    context.setLineDash(!run.is_held ? [1.5 * ratio, 5 * ratio] : state === "questionable" ? [8 * ratio, 5 * ratio] : []);
+    sides(context, run.line);
+    context.stroke();
+  }
   context.setLineDash([]);
   if (line[0].r > MIN_RADIUS * ratio) {  // else it would hide the catheter
     path(context, line);

@@ -50,11 +50,11 @@ export class Mesh {
 
 export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
 
-// A tube along points whose radius may differ with the direction: `radius(i, direction)`.
-export function tube(points, radius, colour) {
+// A tube along points whose radius may differ with the direction, `radius(i, direction)`; `colour_at(i)`: r, g, b, a.
+export function tube(points, radius, colour_at) {
   const n = points.length / 3, across = frames(points), mesh = empty();
   for (let i = 0; i < n; ++i) {
-    const p = point(points, i), {u, v} = across[i];
+    const p = point(points, i), {u, v} = across[i], colour = colour_at(i);
     for (let k = 0; k < SIDES; ++k) {
       const [cosine, sine] = TURNS[k];
       const d = [u[0] * cosine + v[0] * sine, u[1] * cosine + v[1] * sine, u[2] * cosine + v[2] * sine], r = radius(i, d);
@@ -67,8 +67,8 @@ export function tube(points, radius, colour) {
       }
     }
   }
-  cap(mesh, point(points, 0), 0, colour);
-  cap(mesh, point(points, n - 1), SIDES * (n - 1), colour);
+  cap(mesh, point(points, 0), 0, colour_at(0));
+  cap(mesh, point(points, n - 1), SIDES * (n - 1), colour_at(n - 1));
   return mesh;
 }
 

@@ -3,6 +3,9 @@ import {COLOURS, SIGMAS} from "./fluoroscopy.js";
 import {append, bounds, empty, line, Mesh, rgb, tube} from "./mesh.js";
 import {add, cross, dot, from_camera, look_at, multiply, perspective, scale, sub, to_camera, unit, variance} from "./math.js";
 
+// Where nothing holds the tube.
+const faded = (colour) => colour.map((value) => 0.3 * value + 0.12);
+
 const DISTANCE = 1.75;  // of the eye, in lengths of the shape
 
 const VERTEX = `#version 300 es
@@ -163,10 +166,10 @@ export class Room {
     const solid = empty(), hull = empty(), lines = {position: [], colour: []};
     for (const {sample, state} of shown) {
       const colour = rgb(COLOURS[state]);
-      append(solid, tube(sample.points, () => sample.radius, [...colour, 1]));
+      append(solid, tube(sample.points, () => sample.radius, (i) => [...(sample.held[i] ? colour : faded(colour)), 1]));
       if (look.band) {
         append(hull, tube(sample.points, (i, d) => sample.radius + SIGMAS * Math.sqrt(Math.max(variance(sample.cov, 6 * i, d), 0)),
-                          [...colour, 1]));
+                          () => [...colour, 1]));
       }
     }
     for (const {sample, em, is_shown} of tubes) {
@@ -180,7 +183,7 @@ export class Room {
     if (camera) this.fill_plane(camera, centre);
   }
 
-  add_em(solid, em) { append(solid, tube(em.points, () => 0.45, [...rgb(COLOURS.em), 1])); }
+  add_em(solid, em) { append(solid, tube(em.points, () => 0.45, () => [...rgb(COLOURS.em), 1])); }
 
   // A coil knows where it is and along what it lies: a short thick piece and its axis.
   add_coils(solid, lines, sample) {
@@ -189,7 +192,7 @@ export class Room {
       const is_used = sample.coils[i]?.state === 1;
       const colour = [...rgb(is_used ? "#ffffff" : COLOURS.questionable), 1];
       const ends = [add(coil.p, scale(coil.t, 4)), sub(coil.p, scale(coil.t, 4))];
-      append(solid, tube([...ends[0], ...ends[1]], () => 1.7, colour));
+      append(solid, tube([...ends[0], ...ends[1]], () => 1.7, () => colour));
       line(lines, add(coil.p, scale(coil.t, 14)), sub(coil.p, scale(coil.t, 14)), colour);
       this.marks.push({p: coil.p, text: `${i + 1}`, colour: is_used ? "#fff" : COLOURS.questionable});
     });

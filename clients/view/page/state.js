@@ -24,7 +24,8 @@ const WORDS = {
   GEOMETRY_CHANGED: "table or C-arm moved and no pose said so: images of that view are left out",
   REFERENCE_LOST: "the reference on the patient is missing, contradicts itself or has jumped",
   EM_IMAGE_DISAGREE: "coils and images contradict each other: the status says what explains it best",
-  TIP_NOT_SEEN: "coils or images at the tip contradict its shape: a pre-shaped tip needs a coil inside its hook or a second view",
+  AMBIGUOUS: "two shapes are about as likely: a second view or a coil nearer to the tip decides",
+  TIP_NOT_SEEN: "coils or images at the tip contradict the shape it is taken to have",
 };
 
 export const words_of = (reason) => WORDS[reason] ?? reason.toLowerCase().replaceAll("_", " ");

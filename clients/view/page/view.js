@@ -1,6 +1,6 @@
 // The page: what came, what is shown of it, and when it is too old to be shown.
 import {COLOURS, draw_fluoroscopy, largest_sigma, SIGMAS} from "./fluoroscopy.js";
-import {point} from "./math.js";
+import {as_seen, point} from "./math.js";
 import {Room, steer} from "./room3d.js";
 import {companion_of, is_companion, ORIGINS, SILENCE_MS, state_of, worst} from "./state.js";
 import {Stream} from "./stream.js";
@@ -139,6 +139,7 @@ function make_legend() {
   const rows = [
     ["tube as estimated", svg(`<path d="M1 3h24M1 9h24" stroke="${COLOURS.valid}" stroke-width="1.6"/>`)],
     look.band && [`± ${SIGMAS} sigma`, svg(`<path d="M1 6h24" stroke="${COLOURS.valid}" stroke-opacity=".4" stroke-width="9"/>`)],
+    ["nothing holds it there", svg(`<path d="M1 3h24M1 9h24" stroke="${COLOURS.valid}" stroke-width="1.6" stroke-dasharray="1.5 4"/>`)],
     look.em && has_em() && ["coils alone", svg(`<path d="M1 6h24" stroke="${COLOURS.em}" stroke-width="2" stroke-dasharray="3 4"/>`)],
     look.coils && ["coil", svg('<circle cx="13" cy="6" r="4" fill="none" stroke="#fff" stroke-width="1.6"/>')],
     look.coils && ["coil not used", svg(`<path d="M9 2l8 8m0-8l-8 8" stroke="${COLOURS.questionable}" stroke-width="1.8"/>`)],
@@ -247,8 +248,10 @@ function draw() {
   const image_age = image?.bitmap ? stream.age(image.bitmap_at.received) : Infinity;
   const is_live = image_age < LIVE_IMAGE_MS && image.head.on;
   size($("fluoroscopy"));
+  const shown_tubes = tubes(is_live ? at_exposure(image.head.exposed_at) : (id) => newest.get(id));
+  const seen = view && as_seen(view, shown_tubes[0]?.sample);
   const picture = image?.bitmap ? {bitmap: image.bitmap, opacity: is_live ? 1 : 0.5} : null;
-  drawn = draw_fluoroscopy($("fluoroscopy"), view, picture, tubes(is_live ? at_exposure(image.head.exposed_at) : (id) => newest.get(id)), look, ratio());
+  drawn = draw_fluoroscopy($("fluoroscopy"), seen, picture, shown_tubes, look, ratio());
   caption(view, image, image_age, is_live);
   if (room && is_time_for_room()) draw_room(view, image);
   watermark(image);
@@ -273,12 +276,15 @@ function draw_room(view, image) {
   size($("room"));
   size($("labels"));
   if (image?.bitmap && (image.is_new || !room.has_image)) { room.set_image(image.bitmap); image.is_new = false; }
-  room.draw(tubes((id) => newest.get(id)), known.cameras, view, look, ratio());
   const sample = newest.get(instrument());
+  const cameras = known.cameras.map((each) => as_seen(each, sample));
+  room.draw(tubes((id) => newest.get(id)), cameras, view && cameras[known.cameras.indexOf(view)], look, ratio());
   const is_shown = state_of_instrument(instrument()).is_shown;
   const tip = is_shown ? point(sample.points, 0).map((value) => value.toFixed(1)).join(", ") : "unknown";
   const sigma = is_shown ? `, ± ${(SIGMAS * largest_sigma(sample.cov, 0)).toFixed(1)} mm` : "";
-  $("room-caption").textContent = `tip at ${tip}${is_shown ? " mm" : ""}${sigma}`;
+  const unheld = is_shown ? sample.held.filter((by) => by === 0).length / sample.held.length : 0;
+  const words = unheld > 0 ? `; nothing holds ${Math.max(1, Math.round(100 * unheld))} % of the tube` : "";
+  $("room-caption").textContent = `tip at ${tip}${is_shown ? " mm" : ""}${sigma}${words}`;
 }
 
 function caption(view, image, age, is_live) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 
+#include "daemon/image/measured_view.hpp"
 #include "daemon/image/vesselness_meter.hpp"
 
 namespace tubed {
@@ -119,6 +120,8 @@ void PaperEstimator::estimate(const Observation& observation, TubeEstimate& esti
   write_covariance(estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, found, estimate);
+  write_held_by_coils(coils, estimate);
+  write_held_by_image(estimate);
   write_measurements(frame, newest_image_, estimate);
   judge(observation, coils, {true, registered_, shape_.converged, lost_tube_.standing(observation, images_)},
         estimate);
@@ -178,6 +181,8 @@ ImageVerdict PaperEstimator::fuse(const ImageMeasurement& image, std::size_t cam
   shape_ = std::move(fused);
   estimate.has_image = true;
   newest_image_ = image.exposure;
+  seen_by_ = camera;
+  own_pose_ = image.brought_geometry ? std::optional(image.geometry->sigma) : std::nullopt;
   if (outcome.agreeing_ratio >= kTrustedAgreeing) searches_[camera].adapt(image, shape_.K);
   return ImageVerdict::kShowsTube;
 }
@@ -223,6 +228,20 @@ Eigen::MatrixXd PaperEstimator::knot_covariance(const PaperEmShape& em) const {
   }
   const Eigen::MatrixXd three = in_three_axes(weights);
   return three * em.covariance * three.transpose();
+}
+
+// Between images this mode's shape is that of the coils alone.
+void PaperEstimator::write_held_by_image(TubeEstimate& estimate) const {
+  if (!estimate.has_image) {
+    return;
+  }
+  estimate.views[estimate.view_count++] =
+      used_view(seen_by_, cameras_[seen_by_].calibration(), newest_image_, own_pose_ ? &*own_pose_ : nullptr);
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    if (searches_[seen_by_].seen().at(place_of_point_mm(i, estimate))) {
+      estimate.points[i].held_by |= kHeldByImage;
+    }
+  }
 }
 
 // From knot points to the coefficients that are published: least squares over samples every millimetre.

@@ -1,6 +1,7 @@
 // Mode "paper": the method of Tran et al. as printed where it can be, every instant by itself (Sec. 2.2.3).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
@@ -37,6 +38,7 @@ class PaperEstimator final : public Estimator {
   bool solve_depths(const Camera& camera, const CoilObservations& coils, const PaperEmShape& em, Shape& shape,
                     TubeEstimate& estimate) const;
   [[nodiscard]] Eigen::MatrixXd knot_covariance(const PaperEmShape& em) const;
+  void write_held_by_image(TubeEstimate& estimate) const;
   void keep();
   void write_covariance(TubeEstimate& estimate) const;
 
@@ -58,6 +60,8 @@ class PaperEstimator final : public Estimator {
   LostTube lost_tube_;
   MonotonicTime shape_time_{};
   MonotonicTime newest_image_{};
+  std::optional<PoseSigma> own_pose_{};  ///< that came with that image
+  std::size_t seen_by_ = 0;              ///< index of the camera whose image took part last
 };
 
 }  // namespace tubed

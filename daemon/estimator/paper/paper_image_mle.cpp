@@ -59,6 +59,7 @@ PaperImageMle::PaperImageMle(const EstimatorSettings& settings, const Instrument
                              const CameraCalibration& camera, const KnotCurve& curve)
     : settings_(settings),
       radius_mm_(instrument.diameter_mm / 2),
+      spacing_mm_(curve.length_mm()),
       camera_(camera),
       plane_world_(camera.T_camera_world.linear().transpose().leftCols<2>()) {
   const int vertices =
@@ -72,6 +73,7 @@ PaperImageMle::PaperImageMle(const EstimatorSettings& settings, const Instrument
   mle_prior_ = settings.paper.mle_prior == PaperMlePrior::kEmError
                    ? line_prior_
                    : kNothingHeld * Eigen::MatrixXd::Identity(line_prior_.rows(), line_prior_.cols());
+  spacing_mm_ = curve.length_mm() / (vertices - 1);
   path_.resize(static_cast<std::size_t>(vertices));
   J_image_plane_.resize(path_.size());
 }
@@ -251,6 +253,7 @@ PaperMleOutcome PaperImageMle::search(const ImageMeasurement& image, const Eigen
   outcome.agreeing_ratio =
       search_.search(image, lines_, static_cast<int>(path_.size()), kJudgingReach_px, kTransition_px)
           .inlier_ratio;
+  seen_.record({lines_.data(), path_.size()}, spacing_mm_);
   return outcome;
 }
 

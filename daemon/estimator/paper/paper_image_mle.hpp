@@ -10,6 +10,7 @@
 #include "daemon/estimator/paper/paper_knot_curve.hpp"
 #include "daemon/image/band_likelihood.hpp"
 #include "daemon/image/correspondence_lines.hpp"
+#include "daemon/image/seen_tube.hpp"
 #include "drivers/interface/room.hpp"
 #include "idl/geometry/camera.hpp"
 
@@ -47,6 +48,9 @@ class PaperImageMle {
 
   void forget() { model_.forget(); }
 
+  /// What the newest image that was searched showed of the tube.
+  [[nodiscard]] const SeenTube& seen() const { return seen_; }
+
  private:
   /// Value and derivatives of what is minimised: -log of Eq. (15) over temper, plus the prior.
   struct Quadratic {
@@ -70,6 +74,7 @@ class PaperImageMle {
 
   EstimatorSettings settings_;
   double radius_mm_;
+  double spacing_mm_;  ///< of the vertices along the tube
   Camera camera_;
   Eigen::Matrix<double, 3, 2> plane_world_;  ///< the camera's x and y axes
   Eigen::MatrixXd weights_;                  ///< of the knot points (columns) in each vertex (rows)
@@ -81,6 +86,7 @@ class PaperImageMle {
   std::vector<Eigen::Matrix2d> J_image_plane_;  ///< px per mm of each vertex
   LineSearch search_{LineSearch::Manner::kAsPublished};
   Lines lines_{};
+  SeenTube seen_{};
 };
 
 }  // namespace tubed

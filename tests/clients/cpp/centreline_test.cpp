@@ -50,6 +50,25 @@ TEST(Centreline, CoefficientsOnAParabolaGiveTheParabolaPlusAThirdOfHSquared) {
   EXPECT_NEAR(point_at(*tube, 50)[1], 50 * 50 + kSpacing_mm * kSpacing_mm / 3, 1e-10);
 }
 
+TEST(Centreline, WhatHoldsAPlaceIsWhatHoldsTheNearestPoint) {
+  const auto tube = tube_with_coefficients(line);  // points every 5 mm
+  tube->points[3].held_by = tubed_HELD_BY_IMAGE;
+  tube->points[4].held_by = tubed_HELD_BY_COIL | tubed_HELD_BY_IMAGE;
+
+  EXPECT_EQ(held_by_at(*tube, 15), tubed_HELD_BY_IMAGE);
+  EXPECT_EQ(held_by_at(*tube, 17.4), tubed_HELD_BY_IMAGE);
+  EXPECT_EQ(held_by_at(*tube, 17.6), tubed_HELD_BY_COIL | tubed_HELD_BY_IMAGE);
+  EXPECT_EQ(held_by_at(*tube, -3), 0U);
+  EXPECT_EQ(held_by_at(*tube, 900), 0U);
+  EXPECT_DOUBLE_EQ(unheld_ratio(*tube), 9.0 / 11);
+}
+
+TEST(Centreline, NothingHoldsWhatIsNoShape) {
+  const tubed_TubeEstimate none{};
+  EXPECT_EQ(held_by_at(none, 10), 0U);
+  EXPECT_EQ(unheld_ratio(none), 1);
+}
+
 TEST(Centreline, TheTangentPointsTowardTheTip) {
   const auto tube = tube_with_coefficients(line);
 

@@ -148,6 +148,7 @@ TEST(Misleading, CovariancesGoThroughTheFileOfEstimatesAndMayBeMissingThere) {
   sample.coefficient_count = 4;
   sample.length_mm = 2;
   sample.points[0].covariance_mm2 = sample.points[1].covariance_mm2 = {4, 0.123456F, -2, 9, 3, 16};
+  sample.points[1].held_by = kHeldByImage;
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "covariances.csv";
   std::ofstream out(file);
   write_estimate_header(out);
@@ -156,10 +157,12 @@ TEST(Misleading, CovariancesGoThroughTheFileOfEstimatesAndMayBeMissingThere) {
   out.close();
   const Estimates estimates = read_estimates(file);
   EXPECT_TRUE(estimates.at(7).covariance_world_mm2.isApprox(shape_of(sample).covariance_world_mm2, 1e-6));
+  EXPECT_EQ(estimates.at(7).held_by, (std::vector<std::uint32_t>{0, kHeldByImage, kHeldByImage}));
   EXPECT_TRUE(estimates.at(8).centreline.s_mm.empty());
   std::ofstream(file)
       << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,cov_xx\n7,0,1,2,3,1,1,1,VALID,1\n";
   EXPECT_EQ(read_estimates(file).at(7).covariance_world_mm2.cols(), 0);
+  EXPECT_TRUE(read_estimates(file).at(7).held_by.empty());
 }
 
 }  // namespace

@@ -122,6 +122,41 @@ TEST(Evaluate, ThePrintedTableHasThePaperBesideIt) {
   EXPECT_NE(text.find("LEFT OUT: 1 missing in the estimates: frame 5"), std::string::npos) << text;
 }
 
+// Off by 3, 4 and 12 mm where nothing holds it, by 0, 0, 1 mm elsewhere; sigma 2.
+TEST(Evaluate, SaysHowFarOffThePointsAreThatNothingHolds) {
+  const StraightSequence sequence(1);
+  std::string text = "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,held_by\n";
+  for (int s = 0; s <= 100; ++s) {
+    const bool is_held = s < 80;
+    text += "0," + std::to_string(s) + (is_held ? ",0,0," : ",3,4,") +
+            std::to_string(s + (is_held ? 1 : 12)) + ",2,2,2,VALID," +
+            (s < 40    ? "3"
+             : is_held ? "2"
+                       : "0") +
+            "\n";
+  }
+  const auto file = sequence.write("held.est", text);
+
+  const auto held = evaluated({sequence.path(), "--em", file})["em"]["held_by"];
+
+  EXPECT_EQ(held.size(), 3U) << held;
+  EXPECT_EQ(held["a coil and an image"]["points"], 40);
+  EXPECT_EQ(held["an image"]["points"], 40);
+  EXPECT_NEAR(held["an image"]["rms_mm"], 1, 1e-9);
+  EXPECT_EQ(held["an image"]["within_sigma"][0], 1);
+  EXPECT_EQ(held["nothing"]["points"], 21);
+  EXPECT_NEAR(held["nothing"]["rms_mm"], 13, 1e-9);
+  EXPECT_NEAR(held["nothing"]["within_sigma"][0], 0, 1e-9);
+  EXPECT_NEAR(held["nothing"]["within_sigma"][1], 2.0 / 3, 1e-9);
+
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_verb(add_evaluate, {"evaluate", sequence.path(), "--em", file}), kExitOk);
+  const std::string words = testing::internal::GetCapturedStdout();
+  EXPECT_NE(words.find("nothing               20.8 %    13.00  13.00      13.00   0.0 / 66.7 / 66.7 %"),
+            std::string::npos)
+      << words;
+}
+
 TEST(Evaluate, RefusesEstimatesOfAnotherSequence) {
   const StraightSequence sequence(2);
   const auto em = sequence.write_estimates("em.est", {0, 7}, {1, 0, 0});
@@ -139,6 +174,7 @@ TEST(Evaluate, RefusesBadEstimatesWithFileLineAndColumn) {
       {header + "0,1,0,0,0,1,1,1,VALID\n0,1,0,0,0,1,1,1,VALID\n", ":3:3: "},
       {header + "0,0,0,0,0,1,1,1,VALID\n0,1,0,0,0,1,1,1,INVALID\n", ":3:17: "},
       {header + "0,0,0,0,0,1,1,1,VALID\n1,0,0,0,0,1,1,1,VALID\n0,1,0,0,0,1,1,1,VALID\n", ":4:1: "},
+      {"frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,held_by\n0,0,0,0,0,1,1,1,VALID,4\n", ":2:23: "},
       {header, ":1:1: "},
       {"frame,s_mm,x,y,z,validity\n0,0,0,0,0,VALID\n", ":1:1: "}};
   for (const auto& [text, place] : rows) {

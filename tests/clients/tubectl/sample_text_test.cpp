@@ -46,6 +46,19 @@ TEST(SampleText, AnIdentityInJsonNamesTheTrackerEachToolAndTheAxesOfTheWorld) {
                       {"tools", {{{"port", 3}, {"serial_number", 0x3C4B0001}, {"part_number", "610029"}}}}}));
 }
 
+TEST(SampleText, ALineSaysHowMuchOfTheTubeNothingHolds) {
+  const auto estimate = std::make_unique<tubed_TubeEstimate>();
+  estimate->length_mm = 90;
+  estimate->coefficient_count = 6;
+  estimate->coefficient_spacing_mm = 30;
+  estimate->point_count = 10;
+  EXPECT_NE(line_of(*estimate, 0).find(", nothing holds 100 %"), std::string::npos) << line_of(*estimate, 0);
+  for (int i = 0; i < 7; ++i) estimate->points[i].held_by = tubed_HELD_BY_COIL;
+  EXPECT_NE(line_of(*estimate, 0).find(", nothing holds 30 %"), std::string::npos) << line_of(*estimate, 0);
+  for (int i = 7; i < 10; ++i) estimate->points[i].held_by = tubed_HELD_BY_IMAGE;
+  EXPECT_EQ(line_of(*estimate, 0).find("nothing holds"), std::string::npos) << line_of(*estimate, 0);
+}
+
 TEST(SampleText, AnIdentityInALineNamesTheTrackerAndItsTools) {
   const auto sample = identity();
   name_the_tracker(sample->tracker);

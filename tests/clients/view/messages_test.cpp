@@ -35,9 +35,29 @@ TEST(EstimateJson, CarriesWhatIsShown) {
   EXPECT_FALSE(json.contains("em"));
 }
 
+TEST(EstimateJson, SaysWhatHoldsEachPoint) {
+  auto made = estimate();
+  made->points[1].held_by = tubed_HELD_BY_COIL | tubed_HELD_BY_IMAGE;
+  EXPECT_EQ(estimate_json(*made, 0, nullptr, nullptr)["held"], (nlohmann::json{0, 3}));
+}
+
+TEST(EstimateJson, NamesOnlyViewsThatStandElsewhereThanTheRoomSays) {
+  auto made = estimate();
+  made->view_count = 2;
+  made->views[1].camera = 1;
+  made->views[1].has_own_geometry = true;
+  made->views[1].focal_length_px[0] = 1500;
+  made->views[1].T_camera_world[11] = 900;
+  const nlohmann::json views = estimate_json(*made, 0, nullptr, nullptr)["views"];
+  ASSERT_EQ(views.size(), 1U);
+  EXPECT_EQ(views[0]["camera"], 1);
+  EXPECT_EQ(views[0]["f"][0], 1500);
+  EXPECT_EQ(views[0]["T_camera_world"][11], 900);
+}
+
 TEST(EstimateJson, CountsBeyondTheArraysAreCut) {
   auto made = estimate();
-  made->point_count = made->coil_count = std::numeric_limits<std::uint32_t>::max();
+  made->point_count = made->coil_count = made->view_count = std::numeric_limits<std::uint32_t>::max();
   const nlohmann::json json = estimate_json(*made, 0, nullptr, nullptr);
   EXPECT_EQ(json["points"].size(), 3U * 128U);
   EXPECT_EQ(json["coils"].size(), 16U);

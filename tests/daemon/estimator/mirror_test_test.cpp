@@ -195,6 +195,7 @@ TEST(MirrorTest, WhatCostsAsMuchStaysAndTheOtherWayIsAsLikely) {
   const Eigen::Vector3d way_mm = of.point(of.mirror_test.rival(), 0);
   EXPECT_NEAR(way_mm.z(), -std::sqrt(0.5) * 2 * of.point(of.C, 0).z(), 1);
   EXPECT_LT(of.point(of.mirror_test.rival(), 200).norm(), 1e-9) << "behind the turn there is no other way";
+  EXPECT_TRUE(of.mirror_test.is_ambiguous());
 }
 
 TEST(MirrorTest, WhatSavesLittleStaysAndTheOtherWayIsTheLikelierOne) {
@@ -208,6 +209,7 @@ TEST(MirrorTest, WhatSavesMuchTakesItsPlace) {
   Coefficients of(1);
   EXPECT_NEAR(of.point(of.tested(80), 0).z(), -of.point(of.C, 0).z(), 0.5);
   EXPECT_LT(of.point(of.mirror_test.rival(), 0).norm(), 1) << "the former one is out of the question";
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
 }
 
 TEST(MirrorTest, WhatCostsMuchMoreOrCannotBeSolvedIsNone) {
@@ -215,7 +217,31 @@ TEST(MirrorTest, WhatCostsMuchMoreOrCannotBeSolvedIsNone) {
     Coefficients of(1);
     EXPECT_EQ(of.tested(cost), of.C) << cost;
     EXPECT_LT(of.mirror_test.rival().norm(), 1e-3) << cost;
+    EXPECT_FALSE(of.mirror_test.is_ambiguous()) << cost;
   }
+}
+
+// Half as likely is still about as likely; a twentieth is not: 1 / (1 + e^1), 1 / (1 + e^3).
+TEST(MirrorTest, AQuarterOfTheProbabilityIsAmbiguous) {
+  Coefficients of(1);
+  of.tested(102);
+  EXPECT_TRUE(of.mirror_test.is_ambiguous());
+  of.tested(106);
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
+  of.tested(102);
+  of.mirror_test.clear();
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
+}
+
+TEST(MirrorTest, AShapeWhoseTipIsNearlyTheSameIsNoOtherOne) {
+  Coefficients of(1);
+  Eigen::Matrix3Xd C = of.C;
+  of.mirror_test.run(of.shape, C, [&](Eigen::Matrix3Xd& tried) {
+    tried = of.C;
+    tried.col(0).y() += 3;  // 2 mm and less at the tip
+    return 100.0;
+  });
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
 }
 
 // It is its own mirror image.

@@ -122,12 +122,14 @@ TEST(PreshapedEstimator, WithoutACoilInTheHookOneViewIsDoubtedAndTwoAreNot) {
   PreshapedBench one({8, 14, 1}, 15, RestShape::kHook);
   one.measure_times(120);
   EXPECT_EQ(one.estimate->validity, Validity::kQuestionable);
-  EXPECT_TRUE(one.estimate->reasons.has(Reason::kTipNotSeen));
+  EXPECT_TRUE(one.estimate->reasons.has(Reason::kAmbiguous));
+  EXPECT_FALSE(one.estimate->reasons.has(Reason::kTipNotSeen));
   EXPECT_NE(one.words().find("mount a coil inside the hook"), std::string::npos) << one.words();
 
   PreshapedBench two({8, 14, 1}, 15, RestShape::kHook, EstimatorMode::kFilter, true);
   two.measure_times(120);
   EXPECT_EQ(two.estimate->validity, Validity::kValid) << two.words();
+  EXPECT_FALSE(two.estimate->reasons.has(Reason::kAmbiguous));
   EXPECT_LT(two.tip_error_mm(), 1.5);
 }
 

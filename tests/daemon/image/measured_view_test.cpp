@@ -57,6 +57,34 @@ TEST(MeasuredView, AnImageOfItsOwnGeometryIsBinnedLikeItsCamera) {
   EXPECT_EQ(of_image.cy, measured.cy);
 }
 
+TEST(MeasuredView, ASampleNamesAViewInPixelsOfTheDetector) {
+  const CameraCalibration detector = panel_camera(5600);
+  for (const int binning : {1, 2, 8}) {
+    const ViewUsed used = used_view(3, binned(detector, binning), from_ns(77), nullptr);
+    EXPECT_EQ(used.camera, 3U);
+    EXPECT_FALSE(used.has_own_geometry);
+    EXPECT_EQ(used.exposure_monotonic_ns, 77);
+    EXPECT_NEAR(used.focal_length_px[0], detector.fx, 1e-9) << binning;
+    EXPECT_NEAR(used.focal_length_px[1], detector.fy, 1e-9) << binning;
+    EXPECT_NEAR(used.principal_point_px[0], detector.cx, 1e-9) << binning;
+    EXPECT_NEAR(used.principal_point_px[1], detector.cy, 1e-9) << binning;
+  }
+}
+
+TEST(MeasuredView, TheSamplesPoseIsRowByRowWithWhatIsNotKnownOfIt) {
+  CameraCalibration camera = panel_camera(2000);
+  camera.T_camera_world.linear() << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+  PoseSigma sigma;
+  sigma.rotation_rad = {0.01, 0.02, 0.03};
+  sigma.translation_mm = {1, 2, 3};
+  const ViewUsed used = used_view(0, camera, from_ns(1), &sigma);
+  EXPECT_TRUE(used.has_own_geometry);
+  EXPECT_EQ(used.T_camera_world,
+            (std::array<double, 16>{0, 0, 1, 3, 0, 1, 0, -5, -1, 0, 0, 1200, 0, 0, 0, 1}));
+  EXPECT_EQ(used.sigma_rotation_rad, (std::array<float, 3>{0.01F, 0.02F, 0.03F}));
+  EXPECT_EQ(used.sigma_translation_mm, (std::array<float, 3>{1, 2, 3}));
+}
+
 TEST(MeasuredView, WhatDoesNotFillASquareIsLeftOut) {
   const CameraCalibration measured = binned(panel_camera(5600, 1023, 601), 4);
   EXPECT_EQ(measured.width, 255);

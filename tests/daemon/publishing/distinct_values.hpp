@@ -67,6 +67,7 @@ inline TubeEstimate distinct_estimate() {
     fill(estimate.points[i].p_world_mm, 1000 + static_cast<double>(i));
     fill(estimate.points[i].tangent_world, 2000 + static_cast<double>(i));
     fill(estimate.points[i].covariance_mm2, 3000 + static_cast<double>(i));
+    estimate.points[i].held_by = static_cast<std::uint32_t>(i % 4);
   }
   estimate.coefficient_count = kMaxCoefficients;
   estimate.coefficient_spacing_mm = 110;
@@ -80,6 +81,18 @@ inline TubeEstimate distinct_estimate() {
                          .offset_from_tip_mm = 5000 + number,
                          .position_mm = 6000 + number,
                          .angle_rad = 7000 + number};
+  }
+  estimate.view_count = kMaxCameras;
+  for (std::size_t i = 0; i < estimate.views.size(); ++i) {
+    const auto number = static_cast<double>(i);
+    estimate.views[i].camera = static_cast<std::uint32_t>(3 - i);
+    estimate.views[i].has_own_geometry = i % 2 == 1;
+    estimate.views[i].exposure_monotonic_ns = 20000 + static_cast<std::int64_t>(i);
+    fill(estimate.views[i].focal_length_px, 21000 + number);
+    fill(estimate.views[i].principal_point_px, 22000 + number);
+    fill(estimate.views[i].T_camera_world, 23000 + number);
+    fill(estimate.views[i].sigma_rotation_rad, 24000 + number);
+    fill(estimate.views[i].sigma_translation_mm, 25000 + number);
   }
   estimate.stamps = {111, 112, 113, 114, 115, 116, 117, 118};
   fill_unnamed(estimate);

@@ -95,6 +95,7 @@ TEST(WireConversion, EveryPointCoefficientAndCoilOfAnEstimateIsFoundInItsPlace) 
     for (std::size_t k = 0; k < 6; ++k) {
       EXPECT_EQ(wire.points[i].covariance_mm2[k], estimate.points[i].covariance_mm2[k]);
     }
+    EXPECT_EQ(wire.points[i].held_by, i % 4);
   }
   ASSERT_EQ(wire.coefficient_count, 64U);
   EXPECT_EQ(wire.coefficient_spacing_mm, estimate.coefficient_spacing_mm);
@@ -107,6 +108,31 @@ TEST(WireConversion, EveryPointCoefficientAndCoilOfAnEstimateIsFoundInItsPlace) 
     EXPECT_EQ(wire.coils[i].offset_from_tip_mm, estimate.coils[i].offset_from_tip_mm);
     EXPECT_EQ(wire.coils[i].position_mm, estimate.coils[i].position_mm);
     EXPECT_EQ(wire.coils[i].angle_rad, estimate.coils[i].angle_rad);
+  }
+}
+
+TEST(WireConversion, EveryViewOfAnEstimateIsFoundInItsPlace) {
+  const TubeEstimate estimate = distinct_estimate();
+  tubed_TubeEstimate wire{};
+
+  to_wire(estimate, kNow, wire);
+
+  ASSERT_EQ(wire.view_count, 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(wire.views[i].camera, 3 - i);
+    EXPECT_EQ(wire.views[i].has_own_geometry, i % 2 == 1);
+    EXPECT_EQ(wire.views[i].exposure_monotonic_ns, estimate.views[i].exposure_monotonic_ns);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(wire.views[i].focal_length_px[k], estimate.views[i].focal_length_px[k]);
+      EXPECT_EQ(wire.views[i].principal_point_px[k], estimate.views[i].principal_point_px[k]);
+    }
+    for (std::size_t k = 0; k < 16; ++k) {
+      EXPECT_EQ(wire.views[i].T_camera_world[k], estimate.views[i].T_camera_world[k]);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(wire.views[i].sigma_rotation_rad[k], estimate.views[i].sigma_rotation_rad[k]);
+      EXPECT_EQ(wire.views[i].sigma_translation_mm[k], estimate.views[i].sigma_translation_mm[k]);
+    }
   }
 }
 

@@ -64,6 +64,21 @@ struct Bench {
   MonotonicTime t0 = from_ns(10'000'000'000);
 };
 
+TEST(PaperEstimator, PointsAreHeldByTheImageOfTheInstantAndByCoils) {
+  Bench bench;
+  bench.history->add(measure_coils(bench.room, bench.t0, 1, 1));
+  ImageMeasurement image = noisy_image(bench.room, bench.t0);
+  const std::size_t far_from_coils = 127 * 220 / 380;
+  const TubeEstimate& estimate = bench.at(bench.t0, &image);
+  EXPECT_EQ(estimate.points[far_from_coils].held_by, kHeldByImage);
+  EXPECT_EQ(estimate.points[0].held_by & kHeldByCoil, kHeldByCoil);
+  ASSERT_EQ(estimate.view_count, 1U);
+  EXPECT_EQ(estimate.views[0].exposure_monotonic_ns, to_ns(bench.t0));
+  bench.at(bench.t0 + milliseconds(10), nullptr);
+  EXPECT_EQ(estimate.points[far_from_coils].held_by, 0U);
+  EXPECT_EQ(estimate.view_count, 0U);
+}
+
 TEST(PaperEstimator, TheImageMendsItsPlaneAndNotTheDepth) {
   Eigen::Vector3d em = Eigen::Vector3d::Zero();
   Eigen::Vector3d fused = Eigen::Vector3d::Zero();

@@ -1,0 +1,106 @@
+#define FMT_HEADER_ONLY  // a few lines of text are not worth a library to link
+#include "clients/tubectl/check/doctor_instruments.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/rest_hook.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kNegligible_mm = 2;  // of a stretch
+
+struct Stretch {
+  double from_mm;
+  double to_mm;
+};
+
+/// What no coil is near to, tip first. Precondition: at least one coil, in the order of their arc lengths.
+std::vector<Stretch> unheld_stretches(const InstrumentDescription& instrument) {
+  constexpr double kHolds_mm = CoilObservations::kHolds_mm;
+  std::vector<Stretch> stretches;
+  double held_until_mm = 0;
+  const auto add = [&](double from_mm, double to_mm) {
+    if (to_mm - from_mm > kNegligible_mm) stretches.push_back({from_mm, to_mm});
+  };
+  for (const CoilPlacement& coil : instrument.coils) {
+    add(held_until_mm, coil.offset_from_tip_mm - kHolds_mm);
+    held_until_mm = std::max(held_until_mm, coil.offset_from_tip_mm + kHolds_mm);
+  }
+  add(held_until_mm, instrument.length_mm);
+  return stretches;
+}
+
+std::string words_of(const std::vector<Stretch>& stretches) {
+  std::string words;
+  for (const Stretch& stretch : stretches) {
+    words += fmt::format("{}{:.0f} to {:.0f} mm", words.empty() ? "" : ", ", stretch.from_mm, stretch.to_mm);
+  }
+  return words;
+}
+
+Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::size_t cameras) {
+  const double inside_mm = instrument.hook_length_mm - RestHook::kInside_mm;
+  if (instrument.rest_shape == RestShape::kHook && first_mm > inside_mm) {
+    return {
+        cameras > 1 ? Verdict::kNote : Verdict::kAdvice,
+        fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: one view "
+                    "cannot tell to which side the hook turns (AMBIGUOUS)",
+                    instrument.hook_length_mm, first_mm),
+        fmt::format(
+            "mount a coil {:.0f} mm from the tip or nearer, or use two views at least 10 degrees apart",
+            std::max(inside_mm, 0.0))};
+  }
+  if (first_mm > CoilObservations::kHolds_mm) {
+    return {
+        cameras > 1 ? Verdict::kNote : Verdict::kAdvice,
+        fmt::format("the first coil lies {:.0f} mm from the tip: out of view nothing holds the tip, and one "
+                    "view does not tell whether it turns toward the camera or away",
+                    first_mm),
+        fmt::format("mount a coil within {:.0f} mm of the tip, or use two views",
+                    CoilObservations::kHolds_mm)};
+  }
+  return {};
+}
+
+NamedFinding examine(const InstrumentDescription& instrument, std::size_t cameras) {
+  const std::string name = "coils of " + instrument.id;
+  if (instrument.coils.empty()) {
+    return {name, {}};
+  }
+  const Finding tip = tip_of(instrument, instrument.coils.front().offset_from_tip_mm, cameras);
+  if (tip.verdict != Verdict::kGood) {
+    return {name, tip};
+  }
+  const std::vector<Stretch> stretches = unheld_stretches(instrument);
+  if (!stretches.empty()) {
+    return {name,
+            {Verdict::kNote,
+             fmt::format("no coil within {:.0f} mm of {} from the tip: {}", CoilObservations::kHolds_mm,
+                         words_of(stretches),
+                         cameras > 0
+                             ? "out of view nothing holds the tube there, and one view leaves its depth open"
+                             : "nothing holds the tube there"),
+             ""}};
+  }
+  return {
+      name,
+      {Verdict::kGood,
+       fmt::format("every place on it lies within {:.0f} mm of a coil", CoilObservations::kHolds_mm), ""}};
+}
+
+}  // namespace
+
+std::vector<NamedFinding> examine_instruments(const RoomDescription& room) {
+  std::vector<NamedFinding> findings;
+  for (const InstrumentDescription& instrument : room.instruments) {
+    findings.push_back(examine(instrument, room.cameras.size()));
+  }
+  return findings;
+}
+
+}  // namespace tubed

@@ -1,0 +1,85 @@
+#include "clients/tubectl/check/doctor_instruments.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace tubed {
+namespace {
+
+RoomDescription room_with(const std::vector<double>& coils_mm, int cameras = 1) {
+  RoomDescription room;
+  InstrumentDescription instrument;
+  instrument.id = "cath-1";
+  instrument.length_mm = 380;
+  for (const double s_mm : coils_mm) {
+    instrument.coils.push_back({static_cast<int>(instrument.coils.size()) + 1, s_mm, false});
+  }
+  room.instruments = {instrument};
+  room.cameras.resize(static_cast<std::size_t>(cameras));
+  return room;
+}
+
+Finding finding_of(const RoomDescription& room) {
+  const std::vector<NamedFinding> findings = examine_instruments(room);
+  EXPECT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().name, "coils of cath-1");
+  return findings.front().finding;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(DoctorInstruments, CoilsSixtyMillimetresApartHoldEverything) {
+  const Finding finding = finding_of(room_with({20, 80, 140, 200, 260, 320, 360}));
+  EXPECT_EQ(finding.verdict, Verdict::kGood) << finding.found;
+}
+
+// The paper's catheter: 8, 94, 174 and 274 mm.
+TEST(DoctorInstruments, StretchesBetweenCoilsAndBehindTheLastOneAreNamed) {
+  const Finding finding = finding_of(room_with({8, 94, 174, 274}));
+  EXPECT_EQ(finding.verdict, Verdict::kNote);
+  EXPECT_TRUE(contains(finding.found, "38 to 64 mm, 124 to 144 mm, 204 to 244 mm, 304 to 380 mm"))
+      << finding.found;
+  EXPECT_TRUE(contains(finding.found, "out of view")) << finding.found;
+}
+
+TEST(DoctorInstruments, WithoutACameraNothingElseHolds) {
+  const Finding finding = finding_of(room_with({8, 94, 174, 274}, 0));
+  EXPECT_TRUE(contains(finding.found, "nothing holds the tube there")) << finding.found;
+  EXPECT_FALSE(contains(finding.found, "view")) << finding.found;
+}
+
+TEST(DoctorInstruments, ATipFarFromItsFirstCoilIsWorthAnAdviceInOneView) {
+  const Finding one = finding_of(room_with({45, 90, 140, 200, 260, 320, 360}));
+  EXPECT_EQ(one.verdict, Verdict::kAdvice);
+  EXPECT_TRUE(contains(one.advice, "within 30 mm of the tip")) << one.advice;
+  EXPECT_EQ(finding_of(room_with({45, 90, 140, 200, 260, 320, 360}, 2)).verdict, Verdict::kNote);
+}
+
+TEST(DoctorInstruments, AHookWithoutACoilInItIsToldWhereToMountOne) {
+  RoomDescription room = room_with({15, 60, 110, 160, 220, 280, 340, 375});
+  room.instruments[0].rest_shape = RestShape::kHook;
+  room.instruments[0].hook_radius_mm = 8;
+  room.instruments[0].hook_length_mm = 14;
+  const Finding blind = finding_of(room);
+  EXPECT_EQ(blind.verdict, Verdict::kAdvice);
+  EXPECT_TRUE(contains(blind.found, "AMBIGUOUS")) << blind.found;
+  EXPECT_TRUE(contains(blind.advice, "9 mm from the tip or nearer")) << blind.advice;
+  room.instruments[0].coils[0].offset_from_tip_mm = 9;
+  EXPECT_EQ(finding_of(room).verdict, Verdict::kGood);
+}
+
+TEST(DoctorInstruments, EachInstrumentHasItsFinding) {
+  RoomDescription room = room_with({8, 94});
+  room.instruments.push_back(room.instruments[0]);
+  room.instruments[1].id = "cath-2";
+  const std::vector<NamedFinding> findings = examine_instruments(room);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[1].name, "coils of cath-2");
+}
+
+}  // namespace
+}  // namespace tubed
