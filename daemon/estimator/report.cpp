@@ -9,6 +9,9 @@ namespace tubed {
 
 namespace {
 
+// Of a tip that no coil holds for so long MirrorTest does not try all that one view may show.
+constexpr double kMaxLooseTip_mm = 100;
+
 std::array<float, 6> upper_triangle(const Eigen::Matrix3d& m) {
   return {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)), static_cast<float>(m(0, 2)),
           static_cast<float>(m(1, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
@@ -229,7 +232,8 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
     estimate.reasons.add(Reason::kEmImageDisagree);
     doubtful = true;
   }
-  if (has_shape && findings.ambiguous) {
+  const bool is_loose = estimate.view_count == 1 && coils.first_used_mm() > kMaxLooseTip_mm;
+  if (has_shape && (findings.ambiguous || is_loose)) {
     estimate.reasons.add(Reason::kAmbiguous);
     doubtful = true;
   }

@@ -4,7 +4,7 @@ import {append, bounds, empty, line, Mesh, rgb, tube} from "./mesh.js";
 import {add, cross, dot, from_camera, look_at, multiply, perspective, scale, sub, to_camera, unit, variance} from "./math.js";
 
 // Where nothing holds the tube.
-const faded = (colour) => colour.map((value) => 0.3 * value + 0.12);
+const faded = (colour) => colour.map((value) => 0.25 * value);
 
 const DISTANCE = 1.75;  // of the eye, in lengths of the shape
 
@@ -30,7 +30,7 @@ void main() {
   else {
     float facing = abs(dot(normalize(n), normalize(p)));
     if (kind == 0) colour = vec4(c.rgb * (0.35 + 0.65 * facing), c.a);
-    else if (kind == 4) colour = vec4(mix(c.rgb, vec3(1.0), 0.35), 0.2 + 0.6 * pow(1.0 - facing, 1.5));
+    else if (kind == 4) colour = vec4(mix(c.rgb, vec3(max(max(c.r, c.g), c.b)), 0.35), 0.2 + 0.6 * pow(1.0 - facing, 1.5));
     else colour = vec4(c.rgb, c.a * (0.25 + 0.75 * pow(1.0 - facing, 2.0)));
   }
   colour.rgb *= colour.a;
@@ -165,11 +165,11 @@ export class Room {
   fill(shown, tubes, cameras, camera, centre, look) {
     const solid = empty(), hull = empty(), lines = {position: [], colour: []};
     for (const {sample, state} of shown) {
-      const colour = rgb(COLOURS[state]);
-      append(solid, tube(sample.points, () => sample.radius, (i) => [...(sample.held[i] ? colour : faded(colour)), 1]));
+      const colour = rgb(COLOURS[state]), colour_at = (i) => [...(sample.held[i] ? colour : faded(colour)), 1];
+      append(solid, tube(sample.points, () => sample.radius, colour_at));
       if (look.band) {
         append(hull, tube(sample.points, (i, d) => sample.radius + SIGMAS * Math.sqrt(Math.max(variance(sample.cov, 6 * i, d), 0)),
-                          () => [...colour, 1]));
+                          colour_at));
       }
     }
     for (const {sample, em, is_shown} of tubes) {

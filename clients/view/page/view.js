@@ -283,7 +283,7 @@ function draw_room(view, image) {
   const tip = is_shown ? point(sample.points, 0).map((value) => value.toFixed(1)).join(", ") : "unknown";
   const sigma = is_shown ? `, ± ${(SIGMAS * largest_sigma(sample.cov, 0)).toFixed(1)} mm` : "";
   const unheld = is_shown ? sample.held.filter((by) => by === 0).length / sample.held.length : 0;
-  const words = unheld > 0 ? `; nothing holds ${Math.max(1, Math.round(100 * unheld))} % of the tube` : "";
+  const words = unheld > 0 ? `; nothing holds ${Math.max(1, Math.round(100 * unheld))} %` : "";
   $("room-caption").textContent = `tip at ${tip}${is_shown ? " mm" : ""}${sigma}${words}`;
 }
 

@@ -296,9 +296,11 @@ TEST(MirrorTest, ATipThatTwoViewsShowHasOneSide) {
         tip.measure(1);
       }
       ASSERT_GT(tip.depth_sigma_mm(), 10) << name_of(mode) << side;
+      EXPECT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode) << side;
       for (int i = 0; i < 10; ++i) {
         tip.measure(2);
       }
+      EXPECT_FALSE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode) << side;
       EXPECT_LT(std::abs(tip.tip_error_mm().z()), 3) << name_of(mode) << side;
       EXPECT_LT(tip.depth_sigma_mm(), 3) << name_of(mode) << side;
     }
@@ -333,6 +335,7 @@ TEST(MirrorTest, OnceItsCoilIsBackTheTipHasOneSide) {
       for (int i = 0; i < 10; ++i) {
         tip.measure(0);
       }
+      EXPECT_FALSE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode) << side;
       EXPECT_LT(std::abs(tip.tip_error_mm().z()), 7) << name_of(mode) << side;
       EXPECT_LT(tip.depth_sigma_mm(), 7) << name_of(mode) << side << ": no image was needed";
     }

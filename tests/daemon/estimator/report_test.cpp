@@ -64,6 +64,30 @@ TEST(StaleMeasurements, AreThoseBeforeAnImageOfAnInterruptionThatIsOver) {
 
 TEST(StaleMeasurements, AreNoneAtAll) { EXPECT_TRUE(Measured().is_stale_at(kStart)); }
 
+/// Of a shape whose first coil lies that far from the tip, and that so many views show.
+bool is_ambiguous(double first_coil_mm, std::uint32_t views) {
+  const auto history = std::make_unique<EmHistory>();
+  const auto estimate = std::make_unique<TubeEstimate>();
+  Observation observation;
+  observation.em = history.get();
+  CoilObservations coils;
+  coils.count = 2;
+  coils.coils[0].state = coils.coils[1].state = CoilState::kUsed;
+  coils.coils[0].s_mm = first_coil_mm;
+  coils.coils[1].s_mm = 300;
+  estimate->point_count = kMaxCentrelinePoints;
+  estimate->view_count = views;
+  judge(observation, coils, {.uses_images = true}, *estimate);
+  return estimate->reasons.has(Reason::kAmbiguous);
+}
+
+TEST(LongLooseTip, IsAmbiguousInOneView) {
+  EXPECT_FALSE(is_ambiguous(99, 1));
+  EXPECT_TRUE(is_ambiguous(101, 1));
+  EXPECT_FALSE(is_ambiguous(101, 2));
+  EXPECT_FALSE(is_ambiguous(101, 0)) << "then no image has bent it";
+}
+
 /// Of images the newest of which was used, or left out because the view has moved, that long ago.
 bool is_image_stale(milliseconds used_ago, milliseconds left_out_ago, bool geometry_changed) {
   const auto history = std::make_unique<EmHistory>();
