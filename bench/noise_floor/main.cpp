@@ -103,7 +103,7 @@ sockaddr_in loopback() {
   return address;
 }
 
-using Packet = std::array<char, 10248>;
+using Packet = std::array<char, 11048>;
 
 /// One packet as large as an estimate.
 class PacketSender final : public Sender {

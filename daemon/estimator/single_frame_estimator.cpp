@@ -19,6 +19,7 @@ void SingleFrameEstimator::reset() noexcept {
   lost_tube_.forget();
   has_shape_ = false;
   has_covariance_ = false;
+  is_ambiguous_ = false;
 }
 
 ImageNeed SingleFrameEstimator::image_need() const noexcept {
@@ -40,6 +41,9 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   } else if (solver_.solve_em(coils, estimate)) {
     if (settings_.mode != EstimatorMode::kEm && registered_) {
       images = solver_.fuse_images(observation, coils, views_, estimate);
+      // Between images nobody asks; a coil that holds the tip answers.
+      const bool is_asked = observation.is_image_instant && images != ImageVerdict::kNone;
+      is_ambiguous_ = is_asked ? solver_.is_ambiguous() : is_ambiguous_ && !coils.hold_tip();
     }
     has_covariance_ = solver_.invert(observation, coils, views_);
     has_shape_ = true;
@@ -57,9 +61,10 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
   write_held_by_coils(coils, estimate);
   write_held_by_images(observation, views_, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
+  is_ambiguous_ = is_ambiguous_ && estimate.view_count > 0;
   judge(observation, coils,
         {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
-         lost_tube_.standing(observation, images), false, solver_.is_ambiguous()},
+         lost_tube_.standing(observation, images), false, is_ambiguous_},
         estimate);
 }
 

@@ -29,6 +29,7 @@ class SingleFrameEstimator final : public RestShapedEstimator {
   LostTube lost_tube_;
   bool has_shape_ = false;
   bool has_covariance_ = false;
+  bool is_ambiguous_ = false;   ///< as the newest image that takes part left it
   MonotonicTime shape_time_{};  ///< the instant of the newest shape
 };
 

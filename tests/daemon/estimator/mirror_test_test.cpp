@@ -297,6 +297,9 @@ TEST(MirrorTest, ATipThatTwoViewsShowHasOneSide) {
       }
       ASSERT_GT(tip.depth_sigma_mm(), 10) << name_of(mode) << side;
       EXPECT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode) << side;
+      tip.measure(0);
+      EXPECT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous))
+          << "between images: " << name_of(mode) << side;
       for (int i = 0; i < 10; ++i) {
         tip.measure(2);
       }
