@@ -39,7 +39,10 @@ bool is_sound(const tubed_shm_estimate& estimate) {
          is_bool(estimate.has_image) && is_bool(estimate.is_image_instant) &&
          estimate.point_count <= std::size(estimate.points) &&
          estimate.coefficient_count <= std::size(estimate.coefficients_mm) &&
-         estimate.coil_count <= std::size(estimate.coils);
+         estimate.coil_count <= std::size(estimate.coils) &&
+         estimate.view_count <= std::size(estimate.views) &&
+         std::all_of(std::begin(estimate.views), std::end(estimate.views),
+                     [&](const tubed_shm_view& view) { return is_bool(view.has_own_geometry); });
 }
 
 /// Also what comes from a future beyond the lifespan: it would never grow old.

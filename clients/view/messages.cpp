@@ -60,12 +60,15 @@ json instrument_json(const tubed_TubeIdentity& identity) {
               {"software", printable_text(identity.software_version)},
               {"residual", micrometres(identity.registration_residual_mm)}};
   for (const double value : identity.T_world_em) object["T_world_em"].push_back(value);
+  json& cameras = object["cameras"] = json::array();
+  for (const tubed_CameraIdentity& camera : used(identity.cameras, identity.camera_count)) {
+    cameras.push_back(printable_text(camera.name));
+  }
   return object;
 }
 
-json camera_json(const tubed_CameraIdentity& camera, std::size_t index) {
+json camera_json(const tubed_CameraIdentity& camera) {
   json object{{"name", printable_text(camera.name)},
-              {"index", index},
               {"width", camera.width},
               {"height", camera.height},
               {"f", {camera.focal_length_px[0], camera.focal_length_px[1]}},
@@ -131,9 +134,8 @@ json room_json(const RoomKnowledge& room) {
   std::map<std::string, json> cameras;
   for (const auto& [id, identity] : room.identities) {
     object["instruments"].push_back(instrument_json(identity));
-    std::size_t index = 0;
     for (const tubed_CameraIdentity& camera : used(identity.cameras, identity.camera_count)) {
-      cameras[printable_text(camera.name)] = camera_json(camera, index++);
+      cameras[printable_text(camera.name)] = camera_json(camera);
     }
   }
   for (const auto& [name, camera] : cameras) object["cameras"].push_back(camera);
@@ -173,7 +175,7 @@ json estimate_json(const tubed_TubeEstimate& estimate, std::int64_t received_ns,
               {"views", json::array()}};
   add_points(estimate, object);
   for (const tubed_ViewUsed& view : used(estimate.views, estimate.view_count)) {
-    if (view.has_own_geometry) object["views"].push_back(view_json(view));
+    object["views"].push_back(view_json(view));
   }
   for (const tubed_CoilResidual& coil : used(estimate.coils, estimate.coil_count)) {
     object["coils"].push_back(residual_json(coil));

@@ -37,15 +37,16 @@ struct RoomKnowledge {
 };
 
 /// {"type": "room", "instruments": [...], "cameras": [...], "stages": [...], ...}. Matrices row by row, mm. A
-/// camera is there once, as the newest identity has it; "index" is what an estimate's views name it by.
+/// camera is there once, as the newest identity has it; "cameras" of an instrument are the names that the
+/// views of its estimates count.
 nlohmann::json room_json(const RoomKnowledge& room);
 
 /// {"type": "estimate", ...} of one shape. `received_ns`: CLOCK_MONOTONIC of this host, when it came; the
 /// page measures ages with it. `coils`: the newest measurement of that instrument, or null; its poses are
 /// turned to the world by `T_world_em` (16 numbers, row by row). Lengths mm, rounded to 1 um; "cov": xx xy xz
-/// yy yz zz of each point, mm^2; "held": 0 nothing, 1 a coil, 2 an image, 3 both, of each point; "views":
-/// those cameras that stood elsewhere than the room says when their image was taken. What is NaN is null. The
-/// counts of `estimate` are within its arrays or cut.
+/// yy yz zz of each point, mm^2; "held": 0 nothing, 1 a coil, 2 an image, 3 both, of each point; "views": how
+/// the cameras stood for the images that take part. What is NaN is null. The counts of `estimate` are within
+/// its arrays or cut.
 nlohmann::json estimate_json(const tubed_TubeEstimate& estimate, std::int64_t received_ns,
                              const tubed_EmSamples* coils, const double* T_world_em);
 

@@ -11,9 +11,9 @@
 namespace tubed {
 
 /// Runs the one estimator or the other, never both; the one that takes over begins afresh. That with a hook
-/// has more coefficients: a spline of 16 mm cannot bend as a hook of 8 mm does. Says TIP_NOT_SEEN where the
-/// side to which a hook turns is not known, where it is not known whether there is one, and where another tip
-/// is configured than coils and images show. See Estimator for thread and promises.
+/// has more coefficients: a spline of 16 mm cannot bend as a hook of 8 mm does. Says AMBIGUOUS where the
+/// side to which a hook turns is not known, or whether there is one; TIP_NOT_SEEN where a configured hook's
+/// roll has not been looked for yet, or it is not there. See Estimator for thread and promises.
 class PreshapedEstimator final : public Estimator {
  public:
   /// `make` makes an estimator with such settings; its rest shape is straight.

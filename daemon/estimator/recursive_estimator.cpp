@@ -77,6 +77,7 @@ void RecursiveEstimator::reset() noexcept {
   state_.beliefs = beliefs_at_first(settings_.coil_faults);
   state_.confirmed = MonotonicTime{};
   state_.usual = UsualSurprise{};
+  state_.is_ambiguous = false;
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
   for (State& past : past_) {
@@ -147,7 +148,8 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);
   judge(observation, coils,
-        {has_cameras_, registered_, converged_, standing, agreement_.disagree(), state_.is_ambiguous},
+        {has_cameras_, registered_, converged_, standing, agreement_.disagree(),
+         state_.is_ambiguous && estimate.view_count > 0},
         estimate);
 }
 

@@ -146,6 +146,10 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
   }
 }
 
+bool SingleFrameSolver::has_loose_tip(const CoilObservations& coils) const {
+  return loose_tip_mm(coils, rest_) > 0;
+}
+
 // What two views show costs too much on the other side.
 void SingleFrameSolver::test_mirrored(const Observation& observation, const CoilObservations& coils,
                                       TubeViews& views, TubeEstimate& estimate) {

@@ -50,6 +50,8 @@ class SingleFrameSolver {
   [[nodiscard]] const Eigen::VectorXd& bending() const { return bending_; }
   /// Of the mirror test of a tip that no coil holds, 3 x coefficients; zero where there was none.
   [[nodiscard]] const Eigen::Matrix3Xd& rival() const { return mirror_test_.rival(); }
+  /// Does no coil hold the tip, so that the mirror test is made of it?
+  [[nodiscard]] bool has_loose_tip(const CoilObservations& coils) const;
   [[nodiscard]] bool is_ambiguous() const { return mirror_test_.is_ambiguous(); }
   [[nodiscard]] const TubeMap& map() const { return map_; }
   [[nodiscard]] bool converged() const { return converged_; }

@@ -34,7 +34,9 @@ void check(const tubed_shm_estimate& estimate) {
   demand(estimate.point_count <= std::size(estimate.points));
   demand(estimate.coefficient_count <= std::size(estimate.coefficients_mm));
   demand(estimate.coil_count <= std::size(estimate.coils));
-  const bool both = estimate.has_image && estimate.is_image_instant;  // reads them as bool
+  demand(estimate.view_count <= std::size(estimate.views));
+  const bool both = estimate.has_image && estimate.is_image_instant &&
+                    estimate.views[0].has_own_geometry;  // reads them as bool
   static_cast<void>(both);
 }
 

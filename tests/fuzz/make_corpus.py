@@ -293,8 +293,8 @@ def estimate_step(*changes):
 
 ESTIMATES = {
     "proper": b"\0" + estimate_step() + b"\2" + estimate_step() + b"\2", "every": b"\2" + estimate_step() * 3 + b"\2\2",
-    "counts": b"\0" + estimate_step((172, 129)) + b"\2" + estimate_step((8368, 65)) + b"\2" + estimate_step((9912, 17)) + b"\2",
-    "booleans": b"\0" + estimate_step((120, 0x0202)) + b"\2", "newest": b"\0" + estimate_step() + poke(192, 2**64 - 1) + b"\2\2",
+    "counts": b"\0" + estimate_step((172, 129)) + b"\2" + estimate_step((8368, 65)) + b"\2" + estimate_step((9912, 17)) + b"\2" + estimate_step((10172, 5)) + b"\2",
+    "booleans": b"\0" + estimate_step((120, 0x0202)) + b"\2" + estimate_step((10180, 2)) + b"\2", "newest": b"\0" + estimate_step() + poke(192, 2**64 - 1) + b"\2\2",
     "ended": b"\0" + estimate_step() + poke(264, 2) + b"\2\2", "identity": b"\0" + estimate_step((0, 0x4141414141414141)) + b"\2",
 }
 

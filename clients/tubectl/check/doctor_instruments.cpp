@@ -45,24 +45,25 @@ std::string words_of(const std::vector<Stretch>& stretches) {
 
 Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::size_t cameras) {
   const double inside_mm = instrument.hook_length_mm - RestHook::kInside_mm;
+  const Verdict verdict = cameras > 1 ? Verdict::kNote : Verdict::kAdvice;
+  const char* const or_views = cameras > 0 ? ", or use two views at least 10 degrees apart" : "";
   if (instrument.rest_shape == RestShape::kHook && first_mm > inside_mm) {
     return {
-        cameras > 1 ? Verdict::kNote : Verdict::kAdvice,
-        fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: one view "
-                    "cannot tell to which side the hook turns (AMBIGUOUS)",
-                    instrument.hook_length_mm, first_mm),
-        fmt::format(
-            "mount a coil {:.0f} mm from the tip or nearer, or use two views at least 10 degrees apart",
-            std::max(inside_mm, 0.0))};
+        verdict,
+        fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: {}",
+                    instrument.hook_length_mm, first_mm,
+                    cameras > 0 ? "one view cannot tell to which side the hook turns (AMBIGUOUS)"
+                                : "nothing tells to which side the hook turns"),
+        fmt::format("mount a coil {:.0f} mm from the tip or nearer{}", std::max(inside_mm, 0.0), or_views)};
   }
   if (first_mm > CoilObservations::kHolds_mm) {
     return {
-        cameras > 1 ? Verdict::kNote : Verdict::kAdvice,
-        fmt::format("the first coil lies {:.0f} mm from the tip: out of view nothing holds the tip, and one "
-                    "view does not tell whether it turns toward the camera or away",
-                    first_mm),
-        fmt::format("mount a coil within {:.0f} mm of the tip, or use two views",
-                    CoilObservations::kHolds_mm)};
+        verdict,
+        fmt::format("the first coil lies {:.0f} mm from the tip: {}", first_mm,
+                    cameras > 0 ? "out of view nothing holds the tip, and one view does not tell whether it "
+                                  "turns toward the camera or away"
+                                : "nothing holds the tip"),
+        fmt::format("mount a coil within {:.0f} mm of the tip{}", CoilObservations::kHolds_mm, or_views)};
   }
   return {};
 }
@@ -72,11 +73,12 @@ NamedFinding examine(const InstrumentDescription& instrument, std::size_t camera
   if (instrument.coils.empty()) {
     return {name, {}};
   }
-  const Finding tip = tip_of(instrument, instrument.coils.front().offset_from_tip_mm, cameras);
+  const std::vector<Stretch> stretches = unheld_stretches(instrument);
+  Finding tip = tip_of(instrument, instrument.coils.front().offset_from_tip_mm, cameras);
   if (tip.verdict != Verdict::kGood) {
+    if (!stretches.empty()) tip.found += "; no coil is near " + words_of(stretches);
     return {name, tip};
   }
-  const std::vector<Stretch> stretches = unheld_stretches(instrument);
   if (!stretches.empty()) {
     return {name,
             {Verdict::kNote,

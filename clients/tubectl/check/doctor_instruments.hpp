@@ -9,9 +9,8 @@
 namespace tubed {
 
 /// Of each instrument of the room: stretches farther along the tube from every coil than
-/// CoilObservations::kHolds_mm, which only images hold; a hook that no coil lies in, or of which nobody has
-/// said whether there is one. Advice where that concerns the tip and the images of the room, one view or
-/// none, cannot make up for it, else a note.
+/// CoilObservations::kHolds_mm, which only images hold; a configured hook that no coil lies in. Advice where
+/// that concerns the tip and the images of the room, one view or none, cannot make up for it, else a note.
 std::vector<NamedFinding> examine_instruments(const RoomDescription& room);
 
 }  // namespace tubed

@@ -40,11 +40,8 @@ export function from_camera(camera, p) {
   return [0, 1, 2].map((c) => T[c] * q[0] + T[4 + c] * q[1] + T[8 + c] * q[2]);
 }
 
-// `camera` of the room as it stood when the image was taken that the sample used.
-export function as_seen(camera, sample) {
-  const view = sample?.views.find((each) => each.camera === camera.index);
-  return view ? {...camera, f: view.f, c: view.c, T_camera_world: view.T_camera_world} : camera;
-}
+// `camera` of the room as it stood for an image: `view` of an estimate, or undefined.
+export const as_seen = (camera, view) => (view ? {...camera, f: view.f, c: view.c, T_camera_world: view.T_camera_world} : camera);
 
 // px, the centre of the first pixel is (0, 0); null behind the source.
 export function project(camera, p) {

@@ -25,7 +25,7 @@ const WORDS = {
   REFERENCE_LOST: "the reference on the patient is missing, contradicts itself or has jumped",
   EM_IMAGE_DISAGREE: "coils and images contradict each other: the status says what explains it best",
   AMBIGUOUS: "two shapes are about as likely: a second view or a coil nearer to the tip decides",
-  TIP_NOT_SEEN: "coils or images at the tip contradict the shape it is taken to have",
+  TIP_NOT_SEEN: "coils or images at the tip contradict the shape it is taken to have, or no image has shown it yet",
 };
 
 export const words_of = (reason) => WORDS[reason] ?? reason.toLowerCase().replaceAll("_", " ");

@@ -47,11 +47,17 @@ function take_room(message) {
   is_dirty = true;
 }
 
+// How each camera stood for the newest image that a shape used: its last image may be shown for longer than that takes part.
+const stood = new Map();
+const view_of = (sample, name) => sample?.views.find((view) => known.instruments.find(({id}) => id === sample.instrument)?.cameras[view.camera] === name);
+const seen_by = (camera, sample) => as_seen(camera, view_of(sample, camera.name) ?? stood.get(camera.name));
+
 function take_estimate(sample) {
   if (stream.age(sample.received) > SILENCE_MS) return stream.seen(sample.n);  // it lay somewhere: no shape any more
   const before = newest.get(sample.instrument);
   if (!before) setTimeout(make_buttons);
   newest.set(sample.instrument, sample);
+  for (const {name} of sample.views.length ? known.cameras : []) stood.set(name, view_of(sample, name) ?? stood.get(name));
   const kept = history.get(sample.instrument) ?? [];
   history.set(sample.instrument, kept);
   kept.push(sample);
@@ -249,7 +255,7 @@ function draw() {
   const is_live = image_age < LIVE_IMAGE_MS && image.head.on;
   size($("fluoroscopy"));
   const shown_tubes = tubes(is_live ? at_exposure(image.head.exposed_at) : (id) => newest.get(id));
-  const seen = view && as_seen(view, shown_tubes[0]?.sample);
+  const seen = view && seen_by(view, shown_tubes[0]?.sample);
   const picture = image?.bitmap ? {bitmap: image.bitmap, opacity: is_live ? 1 : 0.5} : null;
   drawn = draw_fluoroscopy($("fluoroscopy"), seen, picture, shown_tubes, look, ratio());
   caption(view, image, image_age, is_live);
@@ -277,7 +283,7 @@ function draw_room(view, image) {
   size($("labels"));
   if (image?.bitmap && (image.is_new || !room.has_image)) { room.set_image(image.bitmap); image.is_new = false; }
   const sample = newest.get(instrument());
-  const cameras = known.cameras.map((each) => as_seen(each, sample));
+  const cameras = known.cameras.map((each) => seen_by(each, sample));
   room.draw(tubes((id) => newest.get(id)), cameras, view && cameras[known.cameras.indexOf(view)], look, ratio());
   const is_shown = state_of_instrument(instrument()).is_shown;
   const tip = is_shown ? point(sample.points, 0).map((value) => value.toFixed(1)).join(", ") : "unknown";

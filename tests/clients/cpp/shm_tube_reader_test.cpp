@@ -195,6 +195,12 @@ TEST_F(ShmTubeReaderTest, AShapeWithMorePointsThanItHasRoomForIsNotHandedOver) {
     return reader_.wait_for(milliseconds(0)).event;
   };
   EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.point_count = 129; }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.view_count = 5; }), ShmTubeEvent::kTimeout);
+  EXPECT_EQ(lie([](tubed_shm_estimate& e) {
+              const std::uint8_t two = 2;
+              std::memcpy(&e.views[3].has_own_geometry, &two, 1);
+            }),
+            ShmTubeEvent::kTimeout);
   EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.coefficient_count = 65; }), ShmTubeEvent::kTimeout);
   EXPECT_EQ(lie([](tubed_shm_estimate& e) { e.coil_count = 17; }), ShmTubeEvent::kTimeout);
   EXPECT_EQ(lie([](tubed_shm_estimate& e) { std::memset(&e.has_image, 2, 1); }), ShmTubeEvent::kTimeout);

@@ -41,7 +41,7 @@ TEST(EstimateJson, SaysWhatHoldsEachPoint) {
   EXPECT_EQ(estimate_json(*made, 0, nullptr, nullptr)["held"], (nlohmann::json{0, 3}));
 }
 
-TEST(EstimateJson, NamesOnlyViewsThatStandElsewhereThanTheRoomSays) {
+TEST(EstimateJson, SaysHowTheCamerasStoodForTheImagesThatTakePart) {
   auto made = estimate();
   made->view_count = 2;
   made->views[1].camera = 1;
@@ -49,10 +49,10 @@ TEST(EstimateJson, NamesOnlyViewsThatStandElsewhereThanTheRoomSays) {
   made->views[1].focal_length_px[0] = 1500;
   made->views[1].T_camera_world[11] = 900;
   const nlohmann::json views = estimate_json(*made, 0, nullptr, nullptr)["views"];
-  ASSERT_EQ(views.size(), 1U);
-  EXPECT_EQ(views[0]["camera"], 1);
-  EXPECT_EQ(views[0]["f"][0], 1500);
-  EXPECT_EQ(views[0]["T_camera_world"][11], 900);
+  ASSERT_EQ(views.size(), 2U);
+  EXPECT_EQ(views[1]["camera"], 1);
+  EXPECT_EQ(views[1]["f"][0], 1500);
+  EXPECT_EQ(views[1]["T_camera_world"][11], 900);
 }
 
 TEST(EstimateJson, CountsBeyondTheArraysAreCut) {

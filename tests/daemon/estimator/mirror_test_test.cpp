@@ -310,6 +310,20 @@ TEST(MirrorTest, ATipThatTwoViewsShowHasOneSide) {
   }
 }
 
+TEST(MirrorTest, WithoutImagesATipIsNotAmbiguousForEver) {
+  for (const EstimatorMode mode : {EstimatorMode::kJoint, EstimatorMode::kFilter}) {
+    LooseTip tip(mode, 1);
+    for (int i = 0; i < 20; ++i) {
+      tip.measure(1);
+    }
+    ASSERT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode);
+    for (int i = 0; i < 10; ++i) {  // 250 ms; an image is old after 120
+      tip.measure(0);
+    }
+    EXPECT_FALSE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode);
+  }
+}
+
 // The other view looks past it.
 TEST(MirrorTest, ATipThatOneOfTwoViewsShowsHasTwoSides) {
   for (const EstimatorMode mode : {EstimatorMode::kJoint, EstimatorMode::kFilter}) {
