@@ -148,8 +148,7 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
   write_measurements(frame, views_.newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, images_);
   judge(observation, coils,
-        {has_cameras_, registered_, converged_, standing, agreement_.disagree(),
-         state_.is_ambiguous && estimate.view_count > 0},
+        {has_cameras_, registered_, converged_, standing, agreement_.disagree(), state_.is_ambiguous},
         estimate);
 }
 

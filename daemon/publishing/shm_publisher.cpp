@@ -28,6 +28,7 @@ constexpr bool kSamePlace = ours == wires;
   }
 TUBED_SAME_STRUCT(tubed_shm_point, CentrelinePoint)
 TUBED_SAME_STRUCT(tubed_shm_coil, CoilResidual)
+TUBED_SAME_STRUCT(tubed_shm_view, ViewUsed)
 TUBED_SAME_STRUCT(tubed_shm_stamps, StageStamps)
 TUBED_SAME_STRUCT(tubed_shm_estimate, TubeEstimate)
 #undef TUBED_SAME_FIELD

@@ -24,11 +24,14 @@ namespace {
 /// As idlc's decoder leaves it.
 void make_decoded(tubed_TubeEstimate& estimate) {
   estimate.instrument_id[sizeof(estimate.instrument_id) - 1] = '\0';
-  for (bool* flag : {&estimate.has_image, &estimate.is_image_instant}) {
+  const auto make_bool = [](bool& flag) {
     std::uint8_t byte = 0;
-    std::memcpy(&byte, flag, 1);
-    *flag = (byte & 1U) != 0;
-  }
+    std::memcpy(&byte, &flag, 1);
+    flag = (byte & 1U) != 0;
+  };
+  make_bool(estimate.has_image);
+  make_bool(estimate.is_image_instant);
+  for (tubed_ViewUsed& view : estimate.views) make_bool(view.has_own_geometry);
 }
 
 void check_shape(const tubed_TubeEstimate& estimate, double s_mm) {

@@ -305,7 +305,7 @@ def sample(writer, *changes, pause=33, place=5.0, prints=True):
 
 
 # Offsets of tubed_TubeEstimate: those of tubed_shm_estimate, which has the same fields in the same order.
-NUMBER, START, LENGTH, POINTS, SPACING, PUBLISHED = 72, 80, 156, 172, 8372, 10240
+NUMBER, START, LENGTH, POINTS, SPACING, PUBLISHED = 72, 80, 156, 172, 8372, 11040
 SAMPLES = {
     "in_order": b"".join(sample(0, (NUMBER, n), (START, 1), (PUBLISHED, n * 33_000_000)) for n in range(1, 12)),
     "another_writer": b"".join(sample(n % 2, (NUMBER, n), (START, 1 + n % 2), (PUBLISHED, n * 33_000_000)) for n in range(1, 12)),

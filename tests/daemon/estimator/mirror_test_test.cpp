@@ -310,7 +310,8 @@ TEST(MirrorTest, ATipThatTwoViewsShowHasOneSide) {
   }
 }
 
-TEST(MirrorTest, WithoutImagesATipIsNotAmbiguousForEver) {
+// In mode `joint` it is then a shape of the coils alone; `filter` goes on with what images have bent.
+TEST(MirrorTest, WithoutImagesATipStaysAmbiguousWhereTheyHaveBentIt) {
   for (const EstimatorMode mode : {EstimatorMode::kJoint, EstimatorMode::kFilter}) {
     LooseTip tip(mode, 1);
     for (int i = 0; i < 20; ++i) {
@@ -320,7 +321,7 @@ TEST(MirrorTest, WithoutImagesATipIsNotAmbiguousForEver) {
     for (int i = 0; i < 10; ++i) {  // 250 ms; an image is old after 120
       tip.measure(0);
     }
-    EXPECT_FALSE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode);
+    EXPECT_EQ(tip.estimate->reasons.has(Reason::kAmbiguous), mode == EstimatorMode::kFilter) << name_of(mode);
   }
 }
 
