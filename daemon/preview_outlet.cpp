@@ -1,6 +1,7 @@
 #include "daemon/preview_outlet.hpp"
 
 #include "daemon/publishing/clock_pair.hpp"
+#include "drivers/interface/view_in_shm.hpp"
 
 namespace tubed {
 
@@ -20,7 +21,7 @@ std::uint32_t word_of(Origin origin) {
 
 }  // namespace
 
-tubed_shm_image described(const ImageFrame& frame) {
+tubed_shm_image described(const ImageFrame& frame, const CameraCalibration& camera) {
   tubed_shm_image image{};
   image.exposure_ns = to_ns(frame.exposure);
   image.frame_number = frame.frame_number;
@@ -29,27 +30,32 @@ tubed_shm_image described(const ImageFrame& frame) {
   image.depth_bits = frame.depth == PixelDepth::kGrey8 ? 8 : 16;
   image.width = static_cast<std::uint32_t>(frame.width);
   image.height = static_cast<std::uint32_t>(frame.height);
+  if (frame.geometry && camera.geometry != GeometryUse::kConfiguration &&
+      refusal_of(*frame.geometry, camera) == nullptr) {
+    write_geometry(*frame.geometry, image);
+  }
   return image;
 }
 
 ShmPreviewOutlet::ShmPreviewOutlet(const Configuration& configuration) {
   for (const CameraCalibration& camera : configuration.room.cameras) {
-    publishers_.push_back(std::make_unique<ShmImagePublisher>(
-        configuration.shm, PreviewedCamera{camera.name, camera.width, camera.height},
-        read_clocks().monotonic_ns));
+    previews_.push_back({std::make_unique<ShmImagePublisher>(
+                             configuration.shm, PreviewedCamera{camera.name, camera.width, camera.height},
+                             read_clocks().monotonic_ns),
+                         camera});
   }
 }
 
 void ShmPreviewOutlet::put(std::size_t camera, const ImageFrame& frame) noexcept {
-  const tubed_shm_image image = described(frame);
+  const tubed_shm_image image = described(frame, previews_[camera].camera);
   const std::size_t bytes =
       image.fluoroscopy_on == 0 ? 0 : std::size_t{image.width} * image.height * (image.depth_bits / 8);
-  publishers_[camera]->publish(image, std::as_bytes(std::span(frame.pixels)).first(bytes),
-                               read_clocks().monotonic_ns);
+  previews_[camera].publisher->publish(image, std::as_bytes(std::span(frame.pixels)).first(bytes),
+                                       read_clocks().monotonic_ns);
 }
 
 void ShmPreviewOutlet::beat() noexcept {
-  for (const auto& publisher : publishers_) publisher->beat(read_clocks().monotonic_ns);
+  for (const Preview& preview : previews_) preview.publisher->beat(read_clocks().monotonic_ns);
 }
 
 }  // namespace tubed

@@ -20,10 +20,15 @@ class ShmPreviewOutlet final : public PreviewOutlet {
   void beat() noexcept override;
 
  private:
-  std::vector<std::unique_ptr<ShmImagePublisher>> publishers_;  ///< in the order of the room's cameras
+  struct Preview {
+    std::unique_ptr<ShmImagePublisher> publisher;
+    CameraCalibration camera;
+  };
+  std::vector<Preview> previews_;  ///< in the order of the room's cameras
 };
 
-/// As viewers get it: origin and time of exposure stay what the source said.
-tubed_shm_image described(const ImageFrame& frame);
+/// As viewers get it: origin, time of exposure and, where the daemon uses it, how the view stood stay what
+/// the source said. `camera`: as configured.
+tubed_shm_image described(const ImageFrame& frame, const CameraCalibration& camera);
 
 }  // namespace tubed

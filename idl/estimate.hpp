@@ -53,8 +53,9 @@ struct ViewUsed {
   std::int64_t exposure_monotonic_ns = 0;
   std::array<double, 2> focal_length_px{};
   std::array<double, 2> principal_point_px{};
-  std::array<double, 16> T_camera_world{};      ///< row by row, mm: p_camera = T_camera_world * p_world
-  std::array<float, 3> sigma_rotation_rad{};    ///< of the pose, as PoseSigma; 0: taken for exact
+  std::array<double, 16> T_camera_world{};  ///< row by row, mm: p_camera = T_camera_world * p_world
+  std::array<float, 3>
+      sigma_rotation_rad{};  ///< of a pose that came with the image, as PoseSigma; 0: not stated
   std::array<float, 3> sigma_translation_mm{};  ///< of the same
 };
 

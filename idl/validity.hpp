@@ -35,7 +35,7 @@ enum class Reason : std::uint32_t {
   kReferenceLost = 1U << 18,    ///< the patient's reference is missing, contradicts itself or has jumped
   kEmImageDisagree = 1U << 19,  ///< coils lie beside the tube of the images by more than both may err
   kTipNotSeen = 1U << 20,       ///< coils or images at the tip contradict the shape it is taken to have
-  kAmbiguous = 1U << 21,        ///< two shapes that lie apart are about as likely
+  kAmbiguous = 1U << 21,        ///< another shape whose tip lies elsewhere may be the right one
 };
 inline constexpr int kReasonCount = 22;
 

@@ -12,16 +12,19 @@ namespace {
 
 using Covariance = Eigen::Matrix<double, 6, 1>;  // xx xy xz yy yz zz
 
-// Of the published point that is nearest.
-std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm) {
+// Where s lies among the published points.
+double place_of(const TubeEstimate& estimate, double s_mm) {
   const auto last = static_cast<double>(estimate.point_count - 1);
-  const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
-  return estimate.points[static_cast<std::size_t>(std::lround(place))].held_by;
+  return std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
+}
+
+// Of the point that is nearest.
+std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm) {
+  return estimate.points[static_cast<std::size_t>(std::lround(place_of(estimate, s_mm)))].held_by;
 }
 
 Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
-  const auto last = static_cast<double>(estimate.point_count - 1);
-  const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
+  const double place = place_of(estimate, s_mm);
   const auto left =
       std::min(static_cast<std::size_t>(place), static_cast<std::size_t>(estimate.point_count - 2));
   const double share = place - static_cast<double>(left);
@@ -66,8 +69,8 @@ EstimatedShape shape_of(const TubeEstimate& estimate) {
 }
 
 void write_estimate_header(std::ostream& out) {
-  out << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,held_"
-         "by\n";
+  out << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,"
+         "cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,held_by\n";
 }
 
 void write_estimate_rows(std::ostream& out, std::uint32_t frame, const TubeEstimate& estimate) {

@@ -117,6 +117,19 @@ void ImageFeed::wait(std::int64_t now_ns) {
   if (const std::optional<RawImage> image = take_image(*reader_)) show(*image);
 }
 
+namespace {
+
+/// How the view stood for this image; null where the room says it for all of them.
+nlohmann::json view_json(const tubed_shm_image& head) {
+  if (head.geometry != TUBED_SHM_GEOMETRY) return {};
+  return {{"f", {head.fx, head.fy}},
+          {"c", {head.cx, head.cy}},
+          {"q", head.q_camera_world},
+          {"t", head.t_camera_world_mm}};
+}
+
+}  // namespace
+
 void ImageFeed::show(const RawImage& image) {
   int shrunk = 1;
   const std::span<const std::uint8_t> jpeg =
@@ -131,6 +144,7 @@ void ImageFeed::show(const RawImage& image) {
                              {"n", message->number},
                              {"frame", image.head.frame_number},
                              {"exposed_at", static_cast<double>(image.head.exposure_ns) * 1e-6},
+                             {"view", view_json(image.head)},
                              {"on", image.head.fluoroscopy_on != 0},
                              {"origin", image.head.origin},
                              {"width", image.head.width},

@@ -10,8 +10,11 @@ namespace {
 // chi^2 that a mirrored shape has to save. By less it is noise that decides, and a tip that goes from one
 // side to the other and back is worse than one that stays.
 constexpr double kMargin = 3;
-constexpr double kAboutAsLikely = 0.25;  // probability of another shape beside the one that is chosen
-constexpr double kApart_mm = 5;          // of their tips
+// Probability of another shape beside the one that is chosen. One image's evidence comes again with the next
+// one: what is less likely by noise at one of them is likelier at another.
+constexpr double kMayBe = 0.05;
+constexpr double kApart_mm = 5;       // of their tips
+constexpr double kMaxLoose_mm = 100;  // of a tip of which one view may be enough
 constexpr double kStep_mm = 4;
 constexpr double kShortest_mm = 8;       // of a piece whose mirror image is another shape
 constexpr double kLeaning = 0.45;        // depth a length at the tip of a start that leans
@@ -105,14 +108,15 @@ void MirrorTest::choose(std::size_t starts, const LooseShape& shape, Eigen::Matr
     }
   }
   C = shapes_[chosen];
-  clear();
+  rival_.setZero();
+  is_ambiguous_ = shape.loose_mm > kMaxLoose_mm && !shape.is_seen_from_two_sides;
   const CubicBasis tip = shape.spline.basis(0);
   double widest_mm2 = 0;
   for (std::size_t i = 0; i < starts; ++i) {
     const double probability = 1 / (1 + std::exp((costs_[i] - costs_[chosen]) / 2));
     const double apart_mm = combine(shapes_[i] - C, tip.first, tip.value).norm();
     const double square_mm2 = probability * apart_mm * apart_mm;
-    is_ambiguous_ = is_ambiguous_ || (probability >= kAboutAsLikely && apart_mm >= kApart_mm);
+    is_ambiguous_ = is_ambiguous_ || (probability >= kMayBe && apart_mm >= kApart_mm);
     if (square_mm2 > widest_mm2) {
       widest_mm2 = square_mm2;
       rival_ = std::sqrt(probability) * (shapes_[i] - C);

@@ -15,8 +15,9 @@ namespace tubed {
 struct LooseShape {
   const Camera& camera;
   const UniformCubicBSpline& spline;
-  double loose_mm = 0;  ///< arc length of the first coil that takes part, from the tip
-  double cost = 0;      ///< chi^2 of the shape
+  double loose_mm = 0;                  ///< arc length of the first coil that takes part, from the tip
+  double cost = 0;                      ///< chi^2 of the shape
+  bool is_seen_from_two_sides = false;  ///< show_tip_from_two_sides()
 };
 
 /// Of what coils hold on both sides a solver comes back from the mirror image to the same shape; a tip that
@@ -42,7 +43,8 @@ class MirrorTest {
   /// Way to the other shape that the tip may have, 3 x n, mm, times the square root of its probability: what
   /// rival() rival()^T adds to the covariance of the coefficients. Zero without one.
   [[nodiscard]] const Eigen::Matrix3Xd& rival() const { return rival_; }
-  /// Is that shape, or another one, about as likely and somewhere else?
+  /// Is that shape, or another one, about as likely and somewhere else? Also of a tip that is loose for more
+  /// than 100 mm and not seen from two sides: not all is tried that one view may show of it.
   [[nodiscard]] bool is_ambiguous() const { return is_ambiguous_; }
   void clear() {
     rival_.setZero();

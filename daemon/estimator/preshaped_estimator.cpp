@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+
+#include "daemon/estimator/report.hpp"
 #include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
@@ -53,6 +55,7 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
   doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
   if (doubt_ != TipDoubt::kNone) {
     estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
+    release_tip(coils, estimate);
     if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
   }
 }

@@ -164,13 +164,14 @@ void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, c
   if (loose_mm == 0 || view == nullptr) {
     return;
   }
-  mirror_test_.run({*view->camera, map_.spline(), loose_mm, image_map_.cost()}, coefficients_,
-                   [&](Eigen::Matrix3Xd& C) {
-                     bool converged = false;
-                     estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(
-                         CoilObservations{}, lines, &coefficient_prior_, settings_.iterations, C, converged));
-                     return image_map_.cost();
-                   });
+  mirror_test_.run(
+      {*view->camera, map_.spline(), loose_mm, image_map_.cost(), show_tip_from_two_sides(lines, loose_mm)},
+      coefficients_, [&](Eigen::Matrix3Xd& C) {
+        bool converged = false;
+        estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(
+            CoilObservations{}, lines, &coefficient_prior_, settings_.iterations, C, converged));
+        return image_map_.cost();
+      });
 }
 
 bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {

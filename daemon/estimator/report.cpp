@@ -9,9 +9,6 @@ namespace tubed {
 
 namespace {
 
-// Of a tip that no coil holds for so long MirrorTest does not try all that one view may show.
-constexpr double kMaxLooseTip_mm = 100;
-
 std::array<float, 6> upper_triangle(const Eigen::Matrix3d& m) {
   return {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)), static_cast<float>(m(0, 2)),
           static_cast<float>(m(1, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
@@ -140,12 +137,22 @@ double place_of_point_mm(std::size_t point, const TubeEstimate& estimate) {
 
 void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate) {
   estimate.view_count = 0;
+  const bool is_of_now = !estimate.reasons.has(Reason::kEmStale);
   for (std::size_t i = 0; i < estimate.point_count; ++i) {
-    estimate.points[i].held_by = coils.hold(place_of_point_mm(i, estimate)) ? kHeldByCoil : 0;
+    estimate.points[i].held_by = is_of_now && coils.hold(place_of_point_mm(i, estimate)) ? kHeldByCoil : 0;
+  }
+}
+
+void release_tip(const CoilObservations& coils, TubeEstimate& estimate) {
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    if (place_of_point_mm(i, estimate) < coils.first_used_mm()) estimate.points[i].held_by &= ~kHeldByCoil;
   }
 }
 
 void write_held_by_images(const Observation& observation, const TubeViews& views, TubeEstimate& estimate) {
+  if (estimate.reasons.has(Reason::kEmStale)) {
+    return;  // the shape is an old one
+  }
   for (std::size_t view = 0; view < views.count(); ++view) {
     if (const auto used = views.used(view, observation)) {
       estimate.views[estimate.view_count++] = *used;
@@ -232,9 +239,9 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
     estimate.reasons.add(Reason::kEmImageDisagree);
     doubtful = true;
   }
-  const bool is_loose = estimate.view_count == 1 && coils.first_used_mm() > kMaxLooseTip_mm;
-  if (has_shape && (findings.ambiguous || is_loose)) {
+  if (has_shape && findings.ambiguous) {
     estimate.reasons.add(Reason::kAmbiguous);
+    release_tip(coils, estimate);
     doubtful = true;
   }
   if (!has_shape) {

@@ -66,8 +66,11 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
 double place_of_point_mm(std::size_t point, const TubeEstimate& estimate);
 
 /// Begins held_by of all points that write_shape() has filled: with the coils that are used and near along
-/// the tube.
+/// the tube. Nothing holds the last shape where measurements are stale.
 void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate);
+
+/// The tip may be elsewhere: no coil holds what lies before the first one that is used.
+void release_tip(const CoilObservations& coils, TubeEstimate& estimate);
 
 /// Adds to it where the images that take part show the tube, and fills views with those.
 void write_held_by_images(const Observation& observation, const TubeViews& views, TubeEstimate& estimate);

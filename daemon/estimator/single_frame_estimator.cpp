@@ -42,8 +42,8 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
     if (settings_.mode != EstimatorMode::kEm && registered_) {
       images = solver_.fuse_images(observation, coils, views_, estimate);
       // Between images nobody asks; a coil that holds the tip answers.
-      const bool is_asked = observation.is_image_instant && images != ImageVerdict::kNone;
-      is_ambiguous_ = is_asked ? solver_.is_ambiguous() : is_ambiguous_ && solver_.has_loose_tip(coils);
+      is_ambiguous_ =
+          estimate.has_image ? solver_.is_ambiguous() : is_ambiguous_ && solver_.has_loose_tip(coils);
     }
     has_covariance_ = solver_.invert(observation, coils, views_);
     has_shape_ = true;

@@ -159,12 +159,14 @@ void SingleFrameSolver::test_mirrored(const Observation& observation, const Coil
   if (loose_mm == 0 || view == nullptr) {
     return;
   }
-  mirror_test_.run({*view->camera, map_.spline(), loose_mm, map_.cost()}, C_, [&](Eigen::Matrix3Xd& C) {
-    bool converged = false;
-    estimate.iterations +=
-        static_cast<std::uint32_t>(map_.refine(coils, lines, nullptr, settings_.iterations, C, converged));
-    return map_.cost();
-  });
+  mirror_test_.run(
+      {*view->camera, map_.spline(), loose_mm, map_.cost(), show_tip_from_two_sides(lines, loose_mm)}, C_,
+      [&](Eigen::Matrix3Xd& C) {
+        bool converged = false;
+        estimate.iterations += static_cast<std::uint32_t>(
+            map_.refine(coils, lines, nullptr, settings_.iterations, C, converged));
+        return map_.cost();
+      });
 }
 
 // chi^2 a coil that the lines cost.

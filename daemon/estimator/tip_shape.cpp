@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "daemon/estimator/tube_views.hpp"
+
 namespace tubed {
 
 namespace {
@@ -25,7 +27,6 @@ constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see t
 constexpr double kSeesTheHook_mm = 3;    // from where it begins
 constexpr double kSameTip_mm = 2;        // which of the two it is then makes no difference
 constexpr double kNoSuchHook = -5;
-constexpr double kTwoSides_rad = 10 * M_PI / 180;
 constexpr double kSideKnownFor_s = 1.5;
 
 std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
@@ -203,7 +204,7 @@ bool TipShape::is_seen_from_two_sides() const {
     for (std::size_t b = 0; b < a; ++b) {
       const bool are_new = to_ns(tip_seen_[a]) != 0 && to_ns(tip_seen_[b]) != 0 &&
                            seconds_between(std::min(tip_seen_[a], tip_seen_[b]), newest_) < kSideKnownFor_s;
-      if (are_new && sight_world_[a].cross(sight_world_[b]).norm() > std::sin(kTwoSides_rad)) return true;
+      if (are_new && are_two_sides(sight_world_[a], sight_world_[b])) return true;
     }
   }
   return false;

@@ -26,6 +26,8 @@ constexpr double kSigmaEnd_px = 3.0;         // of the end beside its own varian
 constexpr double kOneInstant_s = 0.002;      // within which exposures of several views are one
 constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line loses its worth
 
+constexpr double kTwoSides_rad = 10 * M_PI / 180;
+
 double square(double x) { return x * x; }
 
 }  // namespace
@@ -35,6 +37,26 @@ const ViewConstraints* view_of_tip(std::span<const ViewConstraints> views) {
     return a.lines[0].s_mm < b.lines[0].s_mm;  // lines begin at the tip
   });
   return nearest != views.end() ? &*nearest : nullptr;
+}
+
+bool are_two_sides(const Eigen::Vector3d& sight_a_world, const Eigen::Vector3d& sight_b_world) {
+  return sight_a_world.cross(sight_b_world).norm() > std::sin(kTwoSides_rad);
+}
+
+bool show_tip_from_two_sides(std::span<const ViewConstraints> views, double loose_mm) {
+  const auto shows_tip = [=](const ViewConstraints& view) { return view.lines[0].s_mm < loose_mm / 2; };
+  const auto sight_world = [](const ViewConstraints& view) -> Eigen::Vector3d {
+    return view.camera->calibration().T_camera_world.linear().row(2).transpose();
+  };
+  for (std::size_t a = 0; a < views.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      if (shows_tip(views[a]) && shows_tip(views[b]) &&
+          are_two_sides(sight_world(views[a]), sight_world(views[b]))) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,

@@ -19,6 +19,12 @@ namespace tubed {
 /// Of `views`, none of them without lines, the one that shows most of the tip; nullptr without any.
 const ViewConstraints* view_of_tip(std::span<const ViewConstraints> views);
 
+/// Are these two directions so far apart that what one view leaves open the other one shows: 10 degrees?
+bool are_two_sides(const Eigen::Vector3d& sight_a_world, const Eigen::Vector3d& sight_b_world);
+
+/// Do views from two sides have lines at the half of a loose tip that is nearer to its end?
+bool show_tip_from_two_sides(std::span<const ViewConstraints> views, double loose_mm);
+
 /// What of a tube is looked for in images, and how.
 struct TubeSearch {
   int reach_px;             ///< to either side of its projection

@@ -31,6 +31,7 @@ class PreviewTap {
     copy.width = frame.width;
     copy.height = frame.height;
     copy.depth = frame.depth;
+    copy.geometry = frame.geometry;
     const std::size_t bytes = bytes_of(frame);
     copy.fluoroscopy_on = frame.fluoroscopy_on && bytes <= std::min(frame.pixels.size(), copy.pixels.size());
     if (copy.fluoroscopy_on) std::copy_n(frame.pixels.begin(), bytes, copy.pixels.begin());

@@ -1,11 +1,10 @@
 #include "drivers/image_shm/shm_image_source.hpp"
 
 #include <algorithm>
-#include <array>
-#include <iterator>
 #include <span>
 
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/view_in_shm.hpp"
 #include "idl/printable_text.hpp"
 
 namespace tubed {
@@ -32,29 +31,6 @@ std::optional<Origin> origin_of(std::uint32_t word) {
     default:
       return {};  // zero is forgotten memory, not a device
   }
-}
-
-template <std::size_t count>
-std::array<double, count> doubles(const float (&values)[count]) {
-  std::array<double, count> all{};
-  std::copy(std::begin(values), std::end(values), all.begin());
-  return all;
-}
-
-/// As it came: the checks of images say what is wrong with it.
-std::optional<ViewGeometry> geometry_of(const tubed_shm_image& image) {
-  if (image.geometry != TUBED_SHM_GEOMETRY) {
-    return std::nullopt;
-  }
-  return ViewGeometry{.fx = static_cast<double>(image.fx),
-                      .fy = static_cast<double>(image.fy),
-                      .cx = static_cast<double>(image.cx),
-                      .cy = static_cast<double>(image.cy),
-                      .q_camera_world = doubles(image.q_camera_world),
-                      .t_camera_world_mm = doubles(image.t_camera_world_mm),
-                      .sigma = {.rotation_rad = doubles(image.sigma_rotation_rad),
-                                .translation_mm = doubles(image.sigma_translation_mm),
-                                .pivot_depth_mm = static_cast<double>(image.pivot_depth_mm)}};
 }
 
 std::size_t pixel_bytes(const tubed_shm_image& image) {

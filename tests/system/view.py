@@ -85,20 +85,22 @@ def projected(p):
 
 
 def edges_of(sample):
-    """Both edges of the tube in the image, both its ends, and the tip, px, closely spaced: of the sample's own numbers."""
+    """Both edges of the tube in the image, whether each place of them is held, both its ends, and the tip, px, closely spaced: of the
+    sample's own numbers."""
     points = [tuple(sample["points"][i:i + 3]) for i in range(0, len(sample["points"]), 3)]
     line = [projected(p) for p in points]
     radii = [sample["radius"] * CAMERA["f"] / (p[2] + CAMERA["depth"]) for p in points]
-    edges, ends = [], []
-    for (a, b), r in zip(zip(line, line[1:]), radii):
+    edges, is_held, ends = [], [], []
+    for (a, b), r, held in zip(zip(line, line[1:]), radii, zip(sample["held"], sample["held"][1:])):
         d = math.dist(a, b) or 1
         n = (-(b[1] - a[1]) / d, (b[0] - a[0]) / d)
         for t in (k / 8 for k in range(8)):
             edges += [(a[0] + t * (b[0] - a[0]) + k * r * n[0], a[1] + t * (b[1] - a[1]) + k * r * n[1]) for k in (-1, 1)]
+            is_held += [0 not in held] * 2
         across = [(k / 4 * r * n[0], k / 4 * r * n[1]) for k in range(-4, 5)]
         ends = ends or [(a[0] + x, a[1] + y) for x, y in across]  # of the first piece, and of the last so far
         ends[9:] = [(b[0] + x, b[1] + y) for x, y in across]
-    return edges, ends, line[0]
+    return edges, is_held, ends, line[0]
 
 
 def pixels_of(png):
@@ -151,9 +153,10 @@ def the_tube_is_drawn_where_the_sample_projects(bed):
     window = page(bed, 1000, 900)
     shot = window.run(TUBE_ALONE, ["i", "u", "c", "e"])  # neither image, band, coils nor coils alone
     place, rows = shot["place"], pixels_of(shot["png"])
-    edges, ends, tip = edges_of(shot["sample"])
+    edges, is_held, ends, tip = edges_of(shot["sample"])
     shown = lambda u, v: (place["x"] + (u + 0.5) * place["k"] - 0.5, place["y"] + (v + 0.5) * place["k"] - 0.5)
-    on_canvas = [shown(u, v) for u, v in edges if -0.5 < u < 399.5 and -0.5 < v < 599.5]
+    in_image = [(shown(u, v), held) for (u, v), held in zip(edges, is_held) if -0.5 < u < 399.5 and -0.5 < v < 599.5]
+    on_canvas = [place_px for place_px, held in in_image if held]  # the others are dotted
     marks = bright(rows)
     check(len(on_canvas) > 200 and len(marks) > 200, f"{len(on_canvas)} places of the edges, {len(marks)} pixels: too few to judge")
     tip = (place["x"] + (tip[0] + 0.5) * place["k"], place["y"] + (tip[1] + 0.5) * place["k"])

@@ -128,7 +128,7 @@ std::vector<NamedFinding> look_at_keys(const DoctorArguments& arguments) {
 /// Nothing when the configuration cannot be read.
 std::vector<NamedFinding> look_at_instruments(const DoctorArguments& arguments) {
   try {
-    return examine_instruments(load_configuration(arguments.configuration).room);
+    return examine_instruments(load_configuration(arguments.configuration));
   } catch (const std::exception&) {
     return {};
   }

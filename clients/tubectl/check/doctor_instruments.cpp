@@ -12,7 +12,8 @@ namespace tubed {
 
 namespace {
 
-constexpr double kNegligible_mm = 2;  // of a stretch
+constexpr double kNegligible_mm = 2;    // of a stretch
+constexpr double kSeesAnyHook_mm = 11;  // from the tip: a coil there contradicts the smallest that is tried
 
 struct Stretch {
   double from_mm;
@@ -56,6 +57,15 @@ Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::si
                                 : "nothing tells to which side the hook turns"),
         fmt::format("mount a coil {:.0f} mm from the tip or nearer{}", std::max(inside_mm, 0.0), or_views)};
   }
+  if (instrument.rest_shape == RestShape::kUnknown && cameras == 1 && first_mm > kSeesAnyHook_mm &&
+      first_mm <= CoilObservations::kHolds_mm) {
+    return {
+        Verdict::kNote,
+        fmt::format("the first coil lies {:.0f} mm from the tip and rest_shape is not stated: in one view it "
+                    "is AMBIGUOUS at times whether the tip is a hook",
+                    first_mm),
+        "say rest_shape in the configuration"};
+  }
   if (first_mm > CoilObservations::kHolds_mm) {
     return {
         verdict,
@@ -97,10 +107,12 @@ NamedFinding examine(const InstrumentDescription& instrument, std::size_t camera
 
 }  // namespace
 
-std::vector<NamedFinding> examine_instruments(const RoomDescription& room) {
+std::vector<NamedFinding> examine_instruments(const Configuration& configuration) {
+  const RoomDescription& room = configuration.room;
   std::vector<NamedFinding> findings;
-  for (const InstrumentDescription& instrument : room.instruments) {
-    findings.push_back(examine(instrument, room.cameras.size()));
+  for (std::size_t i = 0; i < room.instruments.size(); ++i) {
+    const bool uses_images = configuration.estimators[i].mode != EstimatorMode::kEm;
+    findings.push_back(examine(room.instruments[i], uses_images ? room.cameras.size() : 0));
   }
   return findings;
 }

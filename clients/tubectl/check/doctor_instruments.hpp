@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "clients/tubectl/check/tracker_report.hpp"
-#include "drivers/interface/room.hpp"
+#include "daemon/config/configuration.hpp"
 
 namespace tubed {
 
-/// Of each instrument of the room: stretches farther along the tube from every coil than
+/// Of each configured instrument: stretches farther along the tube from every coil than
 /// CoilObservations::kHolds_mm, which only images hold; a configured hook that no coil lies in. Advice where
 /// that concerns the tip and the images of the room, one view or none, cannot make up for it, else a note.
-std::vector<NamedFinding> examine_instruments(const RoomDescription& room);
+std::vector<NamedFinding> examine_instruments(const Configuration& configuration);
 
 }  // namespace tubed

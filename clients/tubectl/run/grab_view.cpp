@@ -1,34 +1,16 @@
 #include "clients/tubectl/run/grab_view.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 
 #include "drivers/interface/monotonic_clock.hpp"
+#include "drivers/interface/view_in_shm.hpp"
 
 namespace tubed {
 
 namespace {
 
 constexpr std::chrono::milliseconds kBeat{50};
-
-template <std::size_t count>
-void copy_to(float (&to)[count], const std::array<double, count>& from) {
-  std::transform(from.begin(), from.end(), to, [](double value) { return static_cast<float>(value); });
-}
-
-void describe(const ViewGeometry& geometry, tubed_shm_image& described) {
-  described.geometry = TUBED_SHM_GEOMETRY;
-  described.fx = static_cast<float>(geometry.fx);
-  described.fy = static_cast<float>(geometry.fy);
-  described.cx = static_cast<float>(geometry.cx);
-  described.cy = static_cast<float>(geometry.cy);
-  copy_to(described.q_camera_world, geometry.q_camera_world);
-  copy_to(described.t_camera_world_mm, geometry.t_camera_world_mm);
-  copy_to(described.sigma_rotation_rad, geometry.sigma.rotation_rad);
-  copy_to(described.sigma_translation_mm, geometry.sigma.translation_mm);
-  described.pivot_depth_mm = static_cast<float>(geometry.sigma.pivot_depth_mm);
-}
 
 /// As the recording has them: the exposure is when the sequence says, and no setting makes a device of it.
 tubed_shm_image image_of(const SequenceFrame& row, const GreyImage& image, const Playhead& playhead,
@@ -42,7 +24,7 @@ tubed_shm_image image_of(const SequenceFrame& row, const GreyImage& image, const
   described.width = static_cast<std::uint32_t>(image.width);
   described.height = static_cast<std::uint32_t>(image.height);
   if (row.geometry) {
-    describe(*row.geometry, described);
+    write_geometry(*row.geometry, described);
   }
   return described;
 }

@@ -85,23 +85,23 @@ function draw_tube(context, line, look, state, ratio) {
     context.fill();
   }
   context.strokeStyle = COLOURS[state];
-  context.lineWidth = 1.3 * ratio;
   for (const run of runs(line)) {
     context.setLineDash(!run.is_held ? [1.5 * ratio, 5 * ratio] : state === "questionable" ? [8 * ratio, 5 * ratio] : []);
     sides(context, run.line);
+    context.lineWidth = 1.3 * ratio;
     context.stroke();
-  }
-  context.setLineDash([]);
-  if (line[0].r > MIN_RADIUS * ratio) {  // else it would hide the catheter
-    path(context, line);
+    if (line[0].r <= MIN_RADIUS * ratio) continue;  // it would hide the catheter
+    path(context, run.line);
     context.lineWidth = ratio;
     context.stroke();
   }
+  context.setLineDash([]);
   const tip = line[0].p;
   context.beginPath();
   context.arc(tip[0], tip[1], 3.5 * ratio, 0, 2 * Math.PI);
   context.fillStyle = COLOURS[state];
-  context.fill();
+  if (line[0].is_held) context.fill();
+  else context.stroke();
 }
 
 function draw_em(context, line, ratio) {

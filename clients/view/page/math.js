@@ -40,7 +40,16 @@ export function from_camera(camera, p) {
   return [0, 1, 2].map((c) => T[c] * q[0] + T[4 + c] * q[1] + T[8 + c] * q[2]);
 }
 
-// `camera` of the room as it stood for an image: `view` of an estimate, or undefined.
+// The pose of an image's view (q: w x y z, t in mm) as T_camera_world; null where it is none.
+export function view_of_image({f, c, q, t}) {
+  const n = Math.hypot(...q), [w, x, y, z] = q.map((value) => value / n);
+  const T = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), t[0],
+             2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), t[1],
+             2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), t[2], 0, 0, 0, 1];
+  return [...T, ...f, ...c].every(Number.isFinite) ? {f, c, T_camera_world: T} : null;
+}
+
+// `camera` of the room as it stood for an image: `view` of an estimate or of the image, or nothing.
 export const as_seen = (camera, view) => (view ? {...camera, f: view.f, c: view.c, T_camera_world: view.T_camera_world} : camera);
 
 // px, the centre of the first pixel is (0, 0); null behind the source.

@@ -3,8 +3,8 @@ import {COLOURS, SIGMAS} from "./fluoroscopy.js";
 import {append, bounds, empty, line, Mesh, rgb, tube} from "./mesh.js";
 import {add, cross, dot, from_camera, look_at, multiply, perspective, scale, sub, to_camera, unit, variance} from "./math.js";
 
-// Where nothing holds the tube.
-const faded = (colour) => colour.map((value) => 0.25 * value);
+// By what holds the tube there: nothing, a coil, an image alone, whose depth comes from elsewhere, both.
+const BRIGHTNESS = [0.25, 1, 0.6, 1];
 
 const DISTANCE = 1.75;  // of the eye, in lengths of the shape
 
@@ -165,7 +165,7 @@ export class Room {
   fill(shown, tubes, cameras, camera, centre, look) {
     const solid = empty(), hull = empty(), lines = {position: [], colour: []};
     for (const {sample, state} of shown) {
-      const colour = rgb(COLOURS[state]), colour_at = (i) => [...(sample.held[i] ? colour : faded(colour)), 1];
+      const colour = rgb(COLOURS[state]), colour_at = (i) => [...colour.map((value) => BRIGHTNESS[sample.held[i]] * value), 1];
       append(solid, tube(sample.points, () => sample.radius, colour_at));
       if (look.band) {
         append(hull, tube(sample.points, (i, d) => sample.radius + SIGMAS * Math.sqrt(Math.max(variance(sample.cov, 6 * i, d), 0)),

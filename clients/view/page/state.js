@@ -24,7 +24,7 @@ const WORDS = {
   GEOMETRY_CHANGED: "table or C-arm moved and no pose said so: images of that view are left out",
   REFERENCE_LOST: "the reference on the patient is missing, contradicts itself or has jumped",
   EM_IMAGE_DISAGREE: "coils and images contradict each other: the status says what explains it best",
-  AMBIGUOUS: "two shapes are about as likely: a second view or a coil nearer to the tip decides",
+  AMBIGUOUS: "the tip may have another shape that fits as well: a second view, a coil nearer to the tip or rest_shape in the configuration decides",
   TIP_NOT_SEEN: "coils or images at the tip contradict the shape it is taken to have, or no image has shown it yet",
 };
 

@@ -1,6 +1,6 @@
 // The page: what came, what is shown of it, and when it is too old to be shown.
 import {COLOURS, draw_fluoroscopy, largest_sigma, SIGMAS} from "./fluoroscopy.js";
-import {as_seen, point} from "./math.js";
+import {as_seen, point, view_of_image} from "./math.js";
 import {Room, steer} from "./room3d.js";
 import {companion_of, is_companion, ORIGINS, SILENCE_MS, state_of, worst} from "./state.js";
 import {Stream} from "./stream.js";
@@ -47,17 +47,18 @@ function take_room(message) {
   is_dirty = true;
 }
 
-// How each camera stood for the newest image that a shape used: its last image may be shown for longer than that takes part.
-const stood = new Map();
+// A camera as it stood for the image that is shown, which says so itself; without images, for the newest that the shape used.
 const view_of = (sample, name) => sample?.views.find((view) => known.instruments.find(({id}) => id === sample.instrument)?.cameras[view.camera] === name);
-const seen_by = (camera, sample) => as_seen(camera, view_of(sample, camera.name) ?? stood.get(camera.name));
+function seen_by(camera, sample) {
+  const shown_image = images.get(camera.name)?.bitmap_at;
+  return as_seen(camera, shown_image ? shown_image.view && view_of_image(shown_image.view) : view_of(sample, camera.name));
+}
 
 function take_estimate(sample) {
   if (stream.age(sample.received) > SILENCE_MS) return stream.seen(sample.n);  // it lay somewhere: no shape any more
   const before = newest.get(sample.instrument);
   if (!before) setTimeout(make_buttons);
   newest.set(sample.instrument, sample);
-  for (const {name} of sample.views.length ? known.cameras : []) stood.set(name, view_of(sample, name) ?? stood.get(name));
   const kept = history.get(sample.instrument) ?? [];
   history.set(sample.instrument, kept);
   kept.push(sample);
@@ -160,7 +161,7 @@ function make_legend() {
 
 function look_from(angle) {
   const sample = newest.get(instrument());
-  if (room && camera() && sample?.points.length) room.look_from(camera(), sample.points, angle);
+  if (room && camera() && sample?.points.length) room.look_from(seen_by(camera(), sample), sample.points, angle);
 }
 
 // ---- May it be believed?
@@ -385,7 +386,7 @@ window.tubedView = {
   now() {
     draw();
     const view = camera();
-    return {class: shown.class, word: shown.word, why: shown.why, is_silent: shown.is_silent, drawn, camera: view, at: performance.now(),
+    return {class: shown.class, word: shown.word, why: shown.why, is_silent: shown.is_silent, drawn, camera: view && seen_by(view, newest.get(instrument())), at: performance.now(),
             sample: newest.get(instrument()) ?? null, image: view ? images.get(view.name)?.head ?? null : null, age: age_of(instrument())};
   },
 };

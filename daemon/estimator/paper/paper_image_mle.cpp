@@ -59,7 +59,6 @@ PaperImageMle::PaperImageMle(const EstimatorSettings& settings, const Instrument
                              const CameraCalibration& camera, const KnotCurve& curve)
     : settings_(settings),
       radius_mm_(instrument.diameter_mm / 2),
-      spacing_mm_(curve.length_mm()),
       camera_(camera),
       plane_world_(camera.T_camera_world.linear().transpose().leftCols<2>()) {
   const int vertices =

@@ -74,7 +74,7 @@ class PaperImageMle {
 
   EstimatorSettings settings_;
   double radius_mm_;
-  double spacing_mm_;  ///< of the vertices along the tube
+  double spacing_mm_ = 0;  ///< of the vertices along the tube
   Camera camera_;
   Eigen::Matrix<double, 3, 2> plane_world_;  ///< the camera's x and y axes
   Eigen::MatrixXd weights_;                  ///< of the knot points (columns) in each vertex (rows)

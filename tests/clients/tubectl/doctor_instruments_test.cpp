@@ -8,9 +8,11 @@
 namespace tubed {
 namespace {
 
-RoomDescription room_with(const std::vector<double>& coils_mm, int cameras = 1) {
-  RoomDescription room;
+Configuration room_with(const std::vector<double>& coils_mm, int cameras = 1) {
+  Configuration configuration;
+  RoomDescription& room = configuration.room;
   InstrumentDescription instrument;
+  instrument.rest_shape = RestShape::kStraight;
   instrument.id = "cath-1";
   instrument.length_mm = 380;
   for (const double s_mm : coils_mm) {
@@ -18,11 +20,12 @@ RoomDescription room_with(const std::vector<double>& coils_mm, int cameras = 1) 
   }
   room.instruments = {instrument};
   room.cameras.resize(static_cast<std::size_t>(cameras));
-  return room;
+  configuration.estimators.resize(1);
+  return configuration;
 }
 
-Finding finding_of(const RoomDescription& room) {
-  const std::vector<NamedFinding> findings = examine_instruments(room);
+Finding finding_of(const Configuration& configuration) {
+  const std::vector<NamedFinding> findings = examine_instruments(configuration);
   EXPECT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings.front().name, "coils of cath-1");
   return findings.front().finding;
@@ -60,23 +63,40 @@ TEST(DoctorInstruments, ATipFarFromItsFirstCoilIsWorthAnAdviceInOneView) {
 }
 
 TEST(DoctorInstruments, AHookWithoutACoilInItIsToldWhereToMountOne) {
-  RoomDescription room = room_with({15, 60, 110, 160, 220, 280, 340, 375});
-  room.instruments[0].rest_shape = RestShape::kHook;
-  room.instruments[0].hook_radius_mm = 8;
-  room.instruments[0].hook_length_mm = 14;
-  const Finding blind = finding_of(room);
+  Configuration configuration = room_with({15, 60, 110, 160, 220, 280, 340, 375});
+  configuration.room.instruments[0].rest_shape = RestShape::kHook;
+  configuration.room.instruments[0].hook_radius_mm = 8;
+  configuration.room.instruments[0].hook_length_mm = 14;
+  const Finding blind = finding_of(configuration);
   EXPECT_EQ(blind.verdict, Verdict::kAdvice);
   EXPECT_TRUE(contains(blind.found, "AMBIGUOUS")) << blind.found;
   EXPECT_TRUE(contains(blind.advice, "9 mm from the tip or nearer")) << blind.advice;
-  room.instruments[0].coils[0].offset_from_tip_mm = 9;
-  EXPECT_EQ(finding_of(room).verdict, Verdict::kGood);
+  configuration.room.instruments[0].coils[0].offset_from_tip_mm = 9;
+  EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
+}
+
+TEST(DoctorInstruments, ATipThatNobodyDescribedIsWorthANoteInOneView) {
+  Configuration configuration = room_with({15, 60, 110, 160, 220, 280, 340, 375});
+  configuration.room.instruments[0].rest_shape = RestShape::kUnknown;
+  EXPECT_TRUE(contains(finding_of(configuration).advice, "say rest_shape"));
+  configuration.room.instruments[0].coils[0].offset_from_tip_mm = 10;
+  EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
+}
+
+TEST(DoctorInstruments, ModeEmHasNoViewsToBeGiven) {
+  Configuration configuration = room_with({45, 90, 140, 200, 260, 320, 360}, 2);
+  configuration.estimators[0].mode = EstimatorMode::kEm;
+  const Finding finding = finding_of(configuration);
+  EXPECT_EQ(finding.verdict, Verdict::kAdvice);
+  EXPECT_FALSE(contains(finding.found + finding.advice, "view")) << finding.found << finding.advice;
 }
 
 TEST(DoctorInstruments, EachInstrumentHasItsFinding) {
-  RoomDescription room = room_with({8, 94});
-  room.instruments.push_back(room.instruments[0]);
-  room.instruments[1].id = "cath-2";
-  const std::vector<NamedFinding> findings = examine_instruments(room);
+  Configuration configuration = room_with({8, 94});
+  configuration.room.instruments.push_back(configuration.room.instruments[0]);
+  configuration.room.instruments[1].id = "cath-2";
+  configuration.estimators.resize(2);
+  const std::vector<NamedFinding> findings = examine_instruments(configuration);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_EQ(findings[1].name, "coils of cath-2");
 }

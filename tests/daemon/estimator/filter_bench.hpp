@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "daemon/estimator/recursive_estimator.hpp"
@@ -82,9 +83,11 @@ struct FilterBench {
           draw_ridge(Camera(displaced.cameras[0]), decoy_point(s), 0.9, image);
         }
       }
+      image.geometry = own_geometry;
+      image.brought_geometry = own_geometry.has_value();
       newest_image = now;
       observation.images[0] = &image;
-      for (std::size_t view = 1; view < room.cameras.size(); ++view) {
+      for (std::size_t view = 1; view < room.cameras.size() && with_further_views; ++view) {
         further_images[view] = image_of_arc(room, now, {}, view);
         observation.images[view] = &further_images[view];
       }
@@ -142,14 +145,16 @@ struct FilterBench {
   unsigned seed = 0;
   std::chrono::milliseconds interval{25};
   bool with_images = true;
+  bool with_further_views = true;
   double outlier_mm = 30;
-  int second_outlier = -1;     ///< coil that is wrong beside the one of measure()
-  int missing = -1;            ///< coil that drops out
-  bool frozen = false;         ///< coils err by the same at each measurement
-  Stretch hidden;              ///< of the arc, in the image
-  double decoy_mm = 0;         ///< 0: none
-  double straight_tip_mm = 0;  ///< so much of the arc is shown going straight on
-  double image_off_mm = 0;     ///< what the image shows is so far beside the coils
+  int second_outlier = -1;                     ///< coil that is wrong beside the one of measure()
+  int missing = -1;                            ///< coil that drops out
+  bool frozen = false;                         ///< coils err by the same at each measurement
+  Stretch hidden;                              ///< of the arc, in the image
+  double decoy_mm = 0;                         ///< 0: none
+  double straight_tip_mm = 0;                  ///< so much of the arc is shown going straight on
+  std::optional<ViewGeometry> own_geometry{};  ///< that comes with images of the first view
+  double image_off_mm = 0;                     ///< what the image shows is so far beside the coils
 };
 
 }  // namespace tubed

@@ -67,6 +67,26 @@ TEST_P(HeldBy, TheViewIsNamedAsItIsConfigured) {
   EXPECT_EQ(view.T_camera_world[15], 1);
 }
 
+TEST_P(HeldBy, AViewThatComesWithItsImageIsNamedWithWhatIsNotKnownOfIt) {
+  ViewGeometry own = geometry_of(bench.room.cameras[0]);
+  own.fx = 2001;
+  own.t_camera_world_mm[0] = 0.5;
+  own.sigma.translation_mm = {1, 2, 3};
+  bench.own_geometry = own;
+  bench.measure_times(40);
+  ASSERT_EQ(bench.estimate->view_count, 1U);
+  const ViewUsed& view = bench.estimate->views[0];
+  EXPECT_TRUE(view.has_own_geometry);
+  EXPECT_EQ(view.focal_length_px[0], 2001);
+  EXPECT_EQ(view.T_camera_world[3], 0.5);
+  EXPECT_EQ(view.sigma_translation_mm, (std::array<float, 3>{1, 2, 3}));
+  bench.own_geometry.reset();
+  bench.measure_times(4);
+  EXPECT_FALSE(bench.estimate->views[0].has_own_geometry) << "the next image brought none";
+  EXPECT_EQ(bench.estimate->views[0].focal_length_px[0], 2000);
+  EXPECT_EQ(bench.estimate->views[0].sigma_translation_mm, (std::array<float, 3>{}));
+}
+
 INSTANTIATE_TEST_SUITE_P(Modes, HeldBy, testing::Values(EstimatorMode::kFilter, EstimatorMode::kJoint),
                          [](const auto& mode) { return std::string(name_of(mode.param)); });
 
@@ -104,6 +124,10 @@ TEST(HeldByTwoViews, EitherHolds) {
   EXPECT_EQ(held_by(*bench.estimate, kUnheld_mm), kHeldByImage);
   ASSERT_EQ(bench.estimate->view_count, 2U);
   EXPECT_EQ(bench.estimate->views[1].camera, 1U);
+  bench.with_further_views = false;
+  bench.measure_times(8);  // 200 ms; an image is old after 120
+  EXPECT_EQ(held_by(*bench.estimate, kUnheld_mm), 0U) << "what the second one showed is old";
+  EXPECT_EQ(bench.estimate->view_count, 1U);
 }
 
 }  // namespace

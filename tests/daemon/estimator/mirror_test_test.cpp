@@ -74,7 +74,7 @@ struct LooseTip {
       sample.p_em_mm = tube.point(s_mm) + noise;
       sample.tangent_em = tube.tangent_to_tip(s_mm);
     }
-    if (!has_tip_coil) {
+    if (!has_tip_coil && room.instruments.front().coils.size() == 5) {
       frame.coils[0] = CoilSample{};
     }
     history->add(frame);
@@ -82,6 +82,7 @@ struct LooseTip {
     observation.instant = observation.now = now;
     observation.newest_image = views > 0 ? now : observation.newest_image;
     observation.em = history.get();
+    observation.fluoroscopy_off = fluoroscopy_off;
     observation.is_image_instant = views > 0;
     observation.image_timeout = milliseconds(120);
     for (std::size_t view = 0; view < views; ++view) {
@@ -112,6 +113,7 @@ struct LooseTip {
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
   bool has_tip_coil = false;
+  bool fluoroscopy_off = false;
   Stretch hidden;  ///< of the tube, in the images
 };
 
@@ -221,15 +223,29 @@ TEST(MirrorTest, WhatCostsMuchMoreOrCannotBeSolvedIsNone) {
   }
 }
 
-// Half as likely is still about as likely; a twentieth is not: 1 / (1 + e^1), 1 / (1 + e^3).
-TEST(MirrorTest, AQuarterOfTheProbabilityIsAmbiguous) {
+// 1 / (1 + e^2.9) = 0.052, 1 / (1 + e^3) = 0.047.
+TEST(MirrorTest, ATwentiethOfTheProbabilityIsAmbiguous) {
   Coefficients of(1);
-  of.tested(102);
+  of.tested(105.8);
   EXPECT_TRUE(of.mirror_test.is_ambiguous());
   of.tested(106);
   EXPECT_FALSE(of.mirror_test.is_ambiguous());
   of.tested(102);
   of.mirror_test.clear();
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
+}
+
+TEST(MirrorTest, MoreThanAHundredMillimetresInOneViewAreAmbiguousWhateverTheyCost) {
+  Coefficients of(1);
+  of.shape.loose_mm = 101;
+  of.tested(1000);
+  EXPECT_TRUE(of.mirror_test.is_ambiguous());
+  of.shape.is_seen_from_two_sides = true;
+  of.tested(1000);
+  EXPECT_FALSE(of.mirror_test.is_ambiguous());
+  of.shape.is_seen_from_two_sides = false;
+  of.shape.loose_mm = 99;
+  of.tested(1000);
   EXPECT_FALSE(of.mirror_test.is_ambiguous());
 }
 
@@ -313,15 +329,24 @@ TEST(MirrorTest, ATipThatTwoViewsShowHasOneSide) {
 // In mode `joint` it is then a shape of the coils alone; `filter` goes on with what images have bent.
 TEST(MirrorTest, WithoutImagesATipStaysAmbiguousWhereTheyHaveBentIt) {
   for (const EstimatorMode mode : {EstimatorMode::kJoint, EstimatorMode::kFilter}) {
-    LooseTip tip(mode, 1);
+    RoomDescription room = one_view_room();
+    InstrumentDescription& instrument = room.instruments[0];
+    instrument.rest_shape = RestShape::kStraight;
+    instrument.coils.erase(instrument.coils.begin());  // mounted so, not lost
+    for (CoilPlacement& coil : instrument.coils) --coil.sensor;
+    LooseTip tip(mode, 1, room);
     for (int i = 0; i < 20; ++i) {
       tip.measure(1);
     }
     ASSERT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode);
+    tip.fluoroscopy_off = true;
     for (int i = 0; i < 10; ++i) {  // 250 ms; an image is old after 120
       tip.measure(0);
     }
-    EXPECT_EQ(tip.estimate->reasons.has(Reason::kAmbiguous), mode == EstimatorMode::kFilter) << name_of(mode);
+    const bool is_filter = mode == EstimatorMode::kFilter;
+    EXPECT_EQ(tip.estimate->reasons.has(Reason::kAmbiguous), is_filter) << name_of(mode);
+    EXPECT_EQ(tip.estimate->validity, is_filter ? Validity::kQuestionable : Validity::kValid)
+        << names_of(tip.estimate->reasons);
   }
 }
 
@@ -338,6 +363,7 @@ TEST(MirrorTest, ATipThatOneOfTwoViewsShowsHasTwoSides) {
       tip.measure(2);
     }
     EXPECT_GT(tip.depth_sigma_mm(), 0.8 * one_view.depth_sigma_mm()) << name_of(mode);
+    EXPECT_TRUE(tip.estimate->reasons.has(Reason::kAmbiguous)) << name_of(mode);
   }
 }
 

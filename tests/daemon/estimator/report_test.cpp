@@ -64,28 +64,48 @@ TEST(StaleMeasurements, AreThoseBeforeAnImageOfAnInterruptionThatIsOver) {
 
 TEST(StaleMeasurements, AreNoneAtAll) { EXPECT_TRUE(Measured().is_stale_at(kStart)); }
 
-/// Of a shape whose first coil lies that far from the tip, and that so many views show.
-bool is_ambiguous(double first_coil_mm, std::uint32_t views) {
-  const auto history = std::make_unique<EmHistory>();
-  const auto estimate = std::make_unique<TubeEstimate>();
-  Observation observation;
-  observation.em = history.get();
+/// With coils at 15 and 60 mm on a tube of 127 mm, a point each millimetre.
+struct Held {
+  Held() {
+    coils.count = 2;
+    coils.coils[0].state = coils.coils[1].state = CoilState::kUsed;
+    coils.coils[0].s_mm = 15;
+    coils.coils[1].s_mm = 60;
+    estimate->length_mm = kMaxCentrelinePoints - 1;
+    estimate->point_count = kMaxCentrelinePoints;
+  }
+  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
+  std::unique_ptr<TubeEstimate> estimate = std::make_unique<TubeEstimate>();
   CoilObservations coils;
-  coils.count = 2;
-  coils.coils[0].state = coils.coils[1].state = CoilState::kUsed;
-  coils.coils[0].s_mm = first_coil_mm;
-  coils.coils[1].s_mm = 300;
-  estimate->point_count = kMaxCentrelinePoints;
-  estimate->view_count = views;
-  judge(observation, coils, {.uses_images = true}, *estimate);
-  return estimate->reasons.has(Reason::kAmbiguous);
+};
+
+TEST(HeldByCoils, ThirtyMillimetresToEitherSide) {
+  Held held;
+  write_held_by_coils(held.coils, *held.estimate);
+  for (std::size_t s_mm = 0; s_mm < kMaxCentrelinePoints; ++s_mm) {
+    EXPECT_EQ(held.estimate->points[s_mm].held_by, s_mm <= 90 ? kHeldByCoil : 0U) << s_mm;
+  }
 }
 
-TEST(LongLooseTip, IsAmbiguousInOneView) {
-  EXPECT_FALSE(is_ambiguous(99, 1));
-  EXPECT_TRUE(is_ambiguous(101, 1));
-  EXPECT_FALSE(is_ambiguous(101, 2));
-  EXPECT_FALSE(is_ambiguous(101, 0)) << "then no image has bent it";
+TEST(HeldByCoils, NothingHoldsTheLastShapeWhereMeasurementsAreStale) {
+  Held held;
+  held.estimate->reasons.add(Reason::kEmStale);
+  write_held_by_coils(held.coils, *held.estimate);
+  EXPECT_EQ(held.estimate->points[15].held_by, 0U);
+}
+
+TEST(HeldByCoils, ATipThatMayBeElsewhereIsHeldByNone) {
+  Held held;
+  Observation observation;
+  observation.em = held.history.get();
+  write_held_by_coils(held.coils, *held.estimate);
+  held.estimate->points[3].held_by |= kHeldByImage;
+  judge(observation, held.coils, {.ambiguous = true}, *held.estimate);
+  EXPECT_TRUE(held.estimate->reasons.has(Reason::kAmbiguous));
+  EXPECT_EQ(held.estimate->validity, Validity::kQuestionable);
+  EXPECT_EQ(held.estimate->points[14].held_by, 0U);
+  EXPECT_EQ(held.estimate->points[3].held_by, kHeldByImage);
+  EXPECT_EQ(held.estimate->points[15].held_by, kHeldByCoil);
 }
 
 /// Of images the newest of which was used, or left out because the view has moved, that long ago.

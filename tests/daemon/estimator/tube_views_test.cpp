@@ -57,6 +57,25 @@ TEST(TubeViews, AViewInWhichFewLinesAgreeSaysNothingToTheSolverAndHowFewThereWer
   EXPECT_LT(*of.views.agreeing(0, of.now), 0.5);
 }
 
+TEST(TwoSides, AreTwoViewsOfTheTipTenDegreesApart) {
+  const auto shown = [](double turn_deg, double second_from_mm) {
+    CameraCalibration turned = one_view_room().cameras[0];
+    turned.T_camera_world.linear() =
+        Eigen::AngleAxisd(turn_deg * M_PI / 180, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    const Camera a(one_view_room().cameras[0]);
+    const Camera b(turned);
+    LineConstraint at_tip{};
+    LineConstraint second{};
+    second.s_mm = second_from_mm;
+    const std::array<ViewConstraints, 2> views{{{&a, &at_tip, 1}, {&b, &second, 1}}};
+    return show_tip_from_two_sides(views, 120) && !show_tip_from_two_sides(std::span(views).first(1), 120);
+  };
+  EXPECT_TRUE(shown(11, 0));
+  EXPECT_FALSE(shown(9, 0));
+  EXPECT_TRUE(shown(11, 59));
+  EXPECT_FALSE(shown(11, 61)) << "it looks past the tip";
+}
+
 TEST(TubeViews, LooksForTheStretchThatIsAskedForOnly) {
   Views of;
   of.show({}, {5, false, 40});

@@ -87,8 +87,10 @@ TEST(ImageChecks, AnImagesOwnGeometryGoesWithIt) {
   EXPECT_EQ(door.take(frame_with_geometry(900)), ImageRejection::kNone);
   ASSERT_TRUE(door.measurement.geometry);
   EXPECT_EQ(door.measurement.geometry->t_camera_world_mm[2], 900);
+  EXPECT_TRUE(door.measurement.brought_geometry);
   EXPECT_EQ(door.take(noisy_frame(64, 64, 2)), ImageRejection::kNone);  // the next one has none
   EXPECT_FALSE(door.measurement.geometry);
+  EXPECT_FALSE(door.measurement.brought_geometry);
 }
 
 TEST(ImageChecks, AGeometryThatCannotBeIsRefusedWithWordsAndTheNextImageIsTaken) {
@@ -118,10 +120,12 @@ TEST(ImageChecks, AChangedConfigurationHoldsForImagesWithoutTheirOwn) {
   door.door.look_from(changed);
   EXPECT_EQ(door.take(noisy_frame(64, 64, 1)), ImageRejection::kNone);
   EXPECT_EQ(door.measurement.geometry, changed);
+  EXPECT_FALSE(door.measurement.brought_geometry);
   ImageFrame own = frame_with_geometry(900);
   own.pixels[0] ^= 1;
   EXPECT_EQ(door.take(own), ImageRejection::kNone);
   EXPECT_EQ(door.measurement.geometry, own.geometry);
+  EXPECT_TRUE(door.measurement.brought_geometry);
 }
 
 TEST(ImageChecks, AMirroredImageIsReadFromRightToLeft) {

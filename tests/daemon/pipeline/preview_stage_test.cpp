@@ -28,6 +28,7 @@ struct PreviewBench {
     frame.pixels = {1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 9, 9, 9, 9, 9};
     frame.frame_number = 7;
     frame.origin = Origin::kReplayed;
+    frame.geometry = ViewGeometry{.fx = 1234, .sigma = {}};
   }
   FakeClock clock;
   TripleBuffer<ImageFrame> mailbox;
@@ -45,6 +46,8 @@ TEST(Preview, AnImageComesAsItWas) {
   ASSERT_EQ(bench.shown.cameras, (std::vector<std::size_t>{0}));
   EXPECT_EQ(bench.shown.newest.frame_number, 7U);
   EXPECT_EQ(bench.shown.newest.origin, Origin::kReplayed);
+  ASSERT_TRUE(bench.shown.newest.geometry);
+  EXPECT_EQ(bench.shown.newest.geometry->fx, 1234);
   EXPECT_TRUE(std::equal(bench.frame.pixels.begin(), bench.frame.pixels.begin() + 8,
                          bench.shown.newest.pixels.begin()));
 }
