@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "daemon/config/published_room.hpp"
 #include "daemon/log.hpp"
 #include "daemon/pipeline/latency_histogram.hpp"
 #include "daemon/publishing/tracker_words.hpp"
@@ -12,26 +13,6 @@
 namespace tubed {
 
 namespace {
-
-std::array<double, 16> row_by_row(const RigidTransform& transform) {
-  std::array<double, 16> values{};
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      values[static_cast<std::size_t>(4 * row + column)] = transform.matrix()(row, column);
-    }
-  }
-  return values;
-}
-
-CameraIdentityValues identity_of(const CameraCalibration& camera) {
-  return {camera.name,
-          static_cast<std::uint32_t>(camera.width),
-          static_cast<std::uint32_t>(camera.height),
-          {camera.fx, camera.fy},
-          {camera.cx, camera.cy},
-          camera.distortion,
-          row_by_row(camera.T_camera_world)};
-}
 
 TrackerIdentityValues values_of(const TrackerIdentity& tracker) {
   TrackerIdentityValues values{.firmware = std::string(tracker.firmware.text()),
@@ -65,49 +46,14 @@ std::string_view word_of(StageState state) {
   return "unknown";
 }
 
-std::uint32_t wire_status(CoilStatus status) {
-  switch (status) {
-    case CoilStatus::kMissing:
-      return 0;
-    case CoilStatus::kOk:
-      return 1;
-    case CoilStatus::kOutOfVolume:
-      return 2;
-    case CoilStatus::kDisabled:
-      return 3;
-  }
-  return 0;
-}
-
-CoilSample as_registered(CoilSample sample, const EmPlacement& placement) {
-  sample.p_em_mm = placement.T_registered_em * sample.p_em_mm;
-  sample.tangent_em = placement.T_registered_em.linear() * sample.tangent_em;
-  return sample;
-}
-
 }  // namespace
 
 std::vector<TubeIdentityValues> identities_of(const Configuration& configuration) {
   std::vector<TubeIdentityValues> identities;
   for (std::size_t i = 0; i < configuration.room.instruments.size(); ++i) {
-    const InstrumentDescription& instrument = configuration.room.instruments[i];
-    TubeIdentityValues identity;
-    identity.instrument_id = instrument.id;
-    identity.software_version = TUBED_VERSION;
+    TubeIdentityValues identity =
+        identity_of(configuration.room, configuration.room.instruments[i], configuration.estimators[i].mode);
     identity.configuration_digest = configuration.digest;
-    identity.mode = name_of(configuration.estimators[i].mode);
-    identity.diameter_mm = static_cast<float>(instrument.diameter_mm);
-    identity.length_mm = static_cast<float>(instrument.length_mm);
-    for (const CoilPlacement& coil : instrument.coils) {
-      identity.coil_offsets_from_tip_mm.push_back(static_cast<float>(coil.offset_from_tip_mm));
-    }
-    identity.T_world_em = row_by_row(configuration.room.T_world_em);
-    if (configuration.room.registration_residual_mm) {
-      identity.registration_residual_mm = static_cast<float>(*configuration.room.registration_residual_mm);
-    }
-    for (const CameraCalibration& camera : configuration.room.cameras) {
-      identity.cameras.push_back(identity_of(camera));
-    }
     identities.push_back(std::move(identity));
   }
   return identities;
@@ -138,24 +84,7 @@ void DdsOutlet::publish_em(const EmFrame& frame) {
   const std::optional<EmPlacement> placement = reference_.take(frame);
   for (std::size_t i = 0; i < instruments_.size(); ++i) {
     em_values_.sequence_number = ++instruments_[i].em_samples;
-    em_values_.measured_ns = to_ns(frame.measured);
-    em_values_.received_ns = to_ns(frame.received);
-    em_values_.tracker_frame = frame.tracker_frame;
-    em_values_.origin = static_cast<std::uint32_t>(frame.origin);
-    em_values_.coil_count = 0;
-    for (const CoilPlacement& coil : configuration_.room.instruments[i].coils) {
-      EmCoilValues& values = em_values_.coils[em_values_.coil_count++];
-      const auto sensor = static_cast<std::size_t>(coil.sensor - 1);
-      const bool is_known = placement && coil.sensor <= frame.coil_count;
-      const CoilSample sample = is_known ? as_registered(frame.coils[sensor], *placement) : CoilSample{};
-      const double sign = coil.flipped ? -1 : 1;
-      values.status = wire_status(sample.status);
-      values.indicator = static_cast<float>(sample.indicator);
-      for (int axis = 0; axis < 3; ++axis) {
-        values.p_em_mm[static_cast<std::size_t>(axis)] = sample.p_em_mm[axis];
-        values.tangent_em[static_cast<std::size_t>(axis)] = sign * sample.tangent_em[axis];
-      }
-    }
+    fill_coils(configuration_.room.instruments[i], frame, placement, em_values_);
     publisher_.publish_em(static_cast<std::uint32_t>(i), em_values_);
   }
 }

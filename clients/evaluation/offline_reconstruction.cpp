@@ -14,10 +14,7 @@ namespace tubed {
 
 namespace {
 
-// Sequence time starts at 0, and 0 ns means "never" in an observation.
 constexpr std::int64_t kStart_ns = 1'000'000'000;
-
-MonotonicTime at(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9)); }
 
 /// The image half of one camera.
 struct CameraBench {
@@ -49,7 +46,7 @@ struct CameraBench {
     measurement.camera = row.camera;
     measurement.origin = Origin::kReplayed;
     measurement.frame_number = row.frame;
-    measurement.exposure = at(row.t_s);
+    measurement.exposure = sequence_time(row.t_s);
     measurement.state = ImageState::kOff;
     measurement.rejection = ImageRejection::kNone;
     if (!row.fluoroscopy_on()) {
@@ -79,7 +76,7 @@ struct CameraBench {
 
 EmFrame em_frame_of(const SequenceMeasurement& measurement) {
   EmFrame frame;
-  frame.measured = frame.received = at(measurement.t_s);
+  frame.measured = frame.received = sequence_time(measurement.t_s);
   frame.tracker_frame = measurement.em_frame;
   frame.origin = Origin::kReplayed;
   frame.coil_count = measurement.coil_count;
@@ -114,6 +111,8 @@ class NextImages final : public AreaPredictions {
 
 }  // namespace
 
+MonotonicTime sequence_time(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9)); }
+
 std::vector<SequenceInstant> instants_of(const Sequence& sequence) {
   std::vector<SequenceInstant> instants;
   for (std::size_t row = 0; row < sequence.frames.size(); ++row) {
@@ -145,7 +144,7 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
       history->add(em_frame_of(*next_em));
     }
     Observation observation;
-    observation.instant = observation.now = at(instant.t_s);
+    observation.instant = observation.now = sequence_time(instant.t_s);
     observation.is_image_instant = true;
     observation.em = history.get();
     for (const std::size_t row : instant.rows) {

@@ -19,6 +19,9 @@ struct SequenceInstant {
   std::vector<std::size_t> rows;  ///< indices in sequence.frames
 };
 
+/// A time of the sequence as observations and estimates of it have it: never 0 ns, which means "never".
+MonotonicTime sequence_time(double t_s);
+
 /// The instants in order of time.
 std::vector<SequenceInstant> instants_of(const Sequence& sequence);
 

@@ -19,6 +19,9 @@ struct Verb {
 
 const std::vector<Verb> kVerbs{
     {tubed::add_demo, "See it work", "tubectl demo"},
+#ifdef TUBED_SHOWS_RECORDINGS
+    {tubed::add_view, "See it work", "tubectl view field7"},
+#endif
     {tubed::add_simulate, "See it work", "tubectl simulate --preset field --seed 7 --out field7"},
     {tubed::add_radiograph, "See it work",
      "tubectl radiograph --lao 60 --clutter wire,leads --out lao60.png"},

@@ -18,6 +18,7 @@ inline constexpr int kExitUnavailable =
 // outlive the command line. What goes wrong may also be thrown as std::exception: main prints it and exits
 // with kExitFailed.
 CommandLine add_demo(CommandLine app, int& exit_code);
+CommandLine add_view(CommandLine app, int& exit_code);
 CommandLine add_simulate(CommandLine app, int& exit_code);
 CommandLine add_radiograph(CommandLine app, int& exit_code);
 CommandLine add_aurora_emulator(CommandLine app, int& exit_code);

@@ -1,10 +1,7 @@
 #include "clients/view/image_feed.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <ctime>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace tubed {
@@ -14,7 +11,6 @@ namespace {
 constexpr std::int64_t kRetry_ns = 200'000'000;
 constexpr std::int64_t kPause_ns = 50'000'000;  // how soon the end is noticed
 constexpr std::uint32_t kMaxSide = 1U << 14U;
-constexpr double kWindowShare = 0.2;
 
 std::int64_t monotonic_ns() {
   timespec now{};
@@ -38,17 +34,6 @@ bool is_sound(const tubed_shm_image& head, std::size_t payload_bytes) {
          payload_bytes >= sizeof(head) + pixel_bytes(head);
 }
 
-std::string framed(const nlohmann::json& head, std::span<const std::uint8_t> jpeg) {
-  const std::string words = head.dump();
-  std::string payload;
-  payload.reserve(4 + words.size() + jpeg.size());
-  for (unsigned shift = 0; shift < 32; shift += 8)
-    payload += static_cast<char>((words.size() >> shift) & 0xFFU);
-  payload += words;
-  payload.append(jpeg.begin(), jpeg.end());
-  return payload;
-}
-
 }  // namespace
 
 std::optional<RawImage> take_image(ShmReader& reader) {
@@ -67,6 +52,7 @@ std::optional<RawImage> take_image(ShmReader& reader) {
 ImageFeed::ImageFeed(ImageFeedSettings settings, std::function<std::uint64_t()> next_number,
                      std::function<void(SharedMessage)> publish, std::function<bool()> is_wanted)
     : settings_(std::move(settings)),
+      encoder_(settings_.camera),
       next_number_(std::move(next_number)),
       publish_(std::move(publish)),
       is_wanted_(std::move(is_wanted)),
@@ -114,65 +100,9 @@ void ImageFeed::wait(std::int64_t now_ns) {
       break;
   }
   next_ns_ = now_ns + static_cast<std::int64_t>(1e9 / settings_.max_rate_hz);
-  if (const std::optional<RawImage> image = take_image(*reader_)) show(*image);
-}
-
-namespace {
-
-/// How the view stood for this image; null where the room says it for all of them.
-nlohmann::json view_json(const tubed_shm_image& head) {
-  if (head.geometry != TUBED_SHM_GEOMETRY) return {};
-  return {{"f", {head.fx, head.fy}},
-          {"c", {head.cx, head.cy}},
-          {"q", head.q_camera_world},
-          {"t", head.t_camera_world_mm}};
-}
-
-}  // namespace
-
-void ImageFeed::show(const RawImage& image) {
-  int shrunk = 1;
-  const std::span<const std::uint8_t> jpeg =
-      image.pixels.empty() ? std::span<const std::uint8_t>() : encode(image, shrunk);
-  auto message = std::make_shared<Message>();
-  message->kind = MessageKind::kImage;
-  message->about = settings_.camera;
-  message->number = next_number_();
-  message->is_binary = true;
-  message->payload = framed({{"type", "image"},
-                             {"camera", settings_.camera},
-                             {"n", message->number},
-                             {"frame", image.head.frame_number},
-                             {"exposed_at", static_cast<double>(image.head.exposure_ns) * 1e-6},
-                             {"view", view_json(image.head)},
-                             {"on", image.head.fluoroscopy_on != 0},
-                             {"origin", image.head.origin},
-                             {"width", image.head.width},
-                             {"height", image.head.height},
-                             {"shrunk", shrunk},
-                             {"black", std::lround(window_.black)},
-                             {"white", std::lround(window_.white)},
-                             {"received", static_cast<double>(monotonic_ns()) * 1e-6}},
-                            jpeg);
-  publish_(std::move(message));
-}
-
-std::span<const std::uint8_t> ImageFeed::encode(const RawImage& image, int& shrunk) {
-  picture_.width = static_cast<int>(image.head.width);
-  picture_.height = static_cast<int>(image.head.height);
-  picture_.pixels.resize(std::size_t{image.head.width} * image.head.height);
-  std::vector<std::uint16_t> deep(picture_.pixels.size());
-  if (image.head.depth_bits == 8) {
-    std::copy(image.pixels.begin(), image.pixels.end(), deep.begin());
-  } else {
-    std::memcpy(deep.data(), image.pixels.data(), image.pixels.size());
+  if (const std::optional<RawImage> image = take_image(*reader_)) {
+    publish_(encoder_.encode(*image, next_number_(), monotonic_ns()));
   }
-  const GreyWindow now = window_of(deep);
-  window_ = has_window_ ? between(window_, now, kWindowShare) : now;
-  has_window_ = true;
-  apply_window(deep, window_, picture_.pixels);
-  shrunk = shrink(picture_, settings_.max_side);
-  return encoder_.encode(picture_, settings_.quality);
 }
 
 }  // namespace tubed

@@ -92,7 +92,8 @@ class WebServer::Parts {
     throw std::system_error(
         error.code().value(), std::system_category(),
         "cannot listen on " +
-            (where.unix_path.empty() ? where.address + ":" + std::to_string(where.port) : where.unix_path));
+            (where.unix_path.empty() ? where.address + ":" + std::to_string(where.port) : where.unix_path) +
+            ", --listen chooses another address");
   }
 
   std::atomic<std::size_t> tab_count_{0};

@@ -37,7 +37,7 @@ ROWS = {
     "daemon/config": 5,
     "daemon": 6,
     "clients/exporter": 6, "clients/view": 6, "clients/evaluation": 6,
-    "clients/calibration": 6.5,
+    "clients/calibration": 6.5, "clients/playback": 6.5,
     "clients/dicom": 6,
     "clients/tubectl": 7,
 }

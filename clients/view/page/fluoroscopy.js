@@ -1,7 +1,7 @@
 // The fluoroscopic image and, over it, the tube of the same exposure.
 import {add, length, point, point_at, project, scale, sub, to_camera, variance} from "./math.js";
 
-export const COLOURS = {valid: "#19e0cc", questionable: "#ffb000", em: "#d79bff", band: {valid: "25,224,204", questionable: "255,176,0"}};
+export const COLOURS = {valid: "#19e0cc", questionable: "#ffb000", em: "#d79bff", truth: "#ffffff", band: {valid: "25,224,204", questionable: "255,176,0"}};
 const MIN_RADIUS = 6;  // of a tube that has its centreline drawn, px of the page
 export const SIGMAS = 2;  // half width of the band and of the hull
 
@@ -114,6 +114,20 @@ function draw_em(context, line, ratio) {
   context.setLineDash([]);
 }
 
+// `truth`: 3 numbers a point, tip first, as a simulated recording has it.
+function draw_truth(context, truth, camera, place, ratio) {
+  context.beginPath();
+  let is_first = true;
+  for (let i = 0; 3 * i < truth.length; ++i) {
+    const image = project(camera, point(truth, i));
+    if (image) context[is_first ? "moveTo" : "lineTo"](...to_canvas(place, image));
+    is_first = is_first && !image;
+  }
+  context.strokeStyle = COLOURS.truth;
+  context.lineWidth = 0.8 * ratio;
+  context.stroke();
+}
+
 // The coils where they were measured, and a line to where the shape has them.
 function draw_coils(context, sample, camera, place, ratio, is_shape) {
   (sample.em ?? []).forEach((coil, i) => {
@@ -164,6 +178,7 @@ export function draw_fluoroscopy(canvas, camera, picture, tubes, look, ratio) {
   context.clip();
   let drawn = null;
   for (const tube of tubes) {
+    if (tube.sample?.truth && look.truth) draw_truth(context, tube.sample.truth, camera, place, ratio);
     if (tube.em && look.em) draw_em(context, projected_tube(tube.em, camera, place), ratio);
     if (tube.is_shown) {
       const line = projected_tube(tube.sample, camera, place);

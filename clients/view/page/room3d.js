@@ -173,7 +173,8 @@ export class Room {
       }
     }
     for (const {sample, em, is_shown} of tubes) {
-      if (em && look.em) this.add_em(solid, em);
+      if (em && look.em) this.add_line(solid, em.points, COLOURS.em);
+      if (sample?.truth && look.truth) this.add_line(solid, sample.truth, COLOURS.truth);
       if (look.coils && sample) this.add_coils(solid, lines, sample, is_shown);
     }
     for (const each of cameras) this.add_camera(lines, each, centre, each === camera);
@@ -183,7 +184,7 @@ export class Room {
     if (camera) this.fill_plane(camera, centre);
   }
 
-  add_em(solid, em) { append(solid, tube(em.points, () => 0.45, () => [...rgb(COLOURS.em), 1])); }
+  add_line(solid, points, colour) { append(solid, tube(points, () => 0.45, () => [...rgb(colour), 1])); }
 
   // A coil knows where it is and along what it lies: a short thick piece and its axis.
   add_coils(solid, lines, sample) {

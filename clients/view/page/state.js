@@ -35,10 +35,10 @@ const CLASSES = {VALID: "valid", QUESTIONABLE: "questionable"};
 const seconds = (ms) => (ms < 9950 ? (ms / 1000).toFixed(1) : Math.round(ms / 1000)) + " s";
 
 // Of one instrument: `sample` is its newest or null, `age_ms` of it. {class, word, reasons, is_shown}
-export function state_of(sample, age_ms, is_connected) {
-  if (!is_connected) return silent("no connection to tubed-view; trying again");
-  if (!sample) return silent("tubed has sent no shape yet");
-  if (age_ms > SILENCE_MS) return silent(`no sample for ${seconds(age_ms)}: tubed or tubed-view hangs or has ended`);
+export function state_of(sample, age_ms, is_connected, is_recording = false) {
+  if (!is_connected) return silent(`no connection to ${is_recording ? "tubectl view" : "tubed-view"}; trying again`);
+  if (!sample) return silent(is_recording ? "the first shape of the recording is being made" : "tubed has sent no shape yet");
+  if (age_ms > SILENCE_MS) return silent(`no sample for ${seconds(age_ms)}: ${is_recording ? "tubectl view" : "tubed or tubed-view"} hangs or has ended`);
   const reasons = sample.reasons.filter((reason) => !(reason in ORIGINS)).map(words_of);
   const is_shape = sample.validity in CLASSES && sample.points.length >= 6;
   return {

@@ -59,5 +59,6 @@ export class Stream {
 
   // It was shown: the next may come.
   seen(n) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(`seen ${n}`); }
+  wish(wish) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(wish)); }
   press(name) { if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({press: name})); }
 }

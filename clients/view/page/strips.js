@@ -2,7 +2,7 @@
 
 const SPAN_MS = 60000;
 const MAX_SAMPLES = 2000;
-const CLASSES = {VALID: "#19b5a5", QUESTIONABLE: "#ffb000"};
+export const CLASSES = {VALID: "#19b5a5", QUESTIONABLE: "#ffb000"};
 
 const ROWS = [
   {name: "latency, exposure to publishing", unit: "ms", of: (row) => row.latency, least_top: 20, digits: 0},

@@ -5,10 +5,11 @@ import {Room, steer} from "./room3d.js";
 import {companion_of, is_companion, ORIGINS, SILENCE_MS, state_of, worst} from "./state.js";
 import {Stream} from "./stream.js";
 import {Strips} from "./strips.js";
+import {RECORDING_KEYS, TimeLine} from "./timeline.js";
 import {read_stl} from "./vessel.js";
+import {Watchdog} from "./watchdog.js";
 
 const LOOK_MS = 25;          // how often the page asks itself whether what it shows is too old
-const WATCHDOG_MS = 60;     // how often it tells the browser that it works
 const KEPT = 45;             // samples of an instrument: those of an image's exposure are found among them
 const SAME_INSTANT_MS = 17;  // half of a slot
 const LIVE_IMAGE_MS = 500;
@@ -25,14 +26,17 @@ let known = {instruments: [], cameras: [], stages: {}, demo: [], images: [], ves
 let chosen = {instrument: null, camera: null};
 let is_connected = false, is_dirty = true, strips_at = 0, room = null, drawn = null;
 let shown = {word: "", why: "", class: "none", is_silent: true};
-const look = {image: true, band: true, coils: true, em: true, vessel: true};
+const look = {image: true, band: true, coils: true, em: true, vessel: true, truth: true};
 const counts = {estimates: 0, paints: 0, images: 0, states: [], ages: []};  // ages: publishing to paint, ms, on one host
 const strips = new Strips($("strips"));
+const time_line = new TimeLine($("strips"), $("demo"), (wish) => stream.wish(wish));  // of a recording; else it knows nothing
 
 const stream = new Stream({
   room: take_room,
   estimate: take_estimate,
   image: take_image,
+  timeline: (message) => { time_line.take(message); judge(); },
+  position: (message) => time_line.take_position(message),
   connection: (is_open) => { is_connected = is_open; judge(); },
 });
 
@@ -117,13 +121,14 @@ function button(words, action, is_pressed) {
 }
 
 const SWITCHES = [["image", "Image", "i"], ["band", `${SIGMAS} sigma`, "u"], ["coils", "Coils", "c"], ["em", "Coils alone", "e"],
-                  ["vessel", "Vessel", "v"]];
+                  ["vessel", "Vessel", "v"], ["truth", "Truth", "t"]];
 
 function make_buttons() {
   const instruments = main_instruments();
   $("instruments").replaceChildren(...instruments.map((id) => {
     const element = button(label_of(id), () => { chosen.instrument = id; }, id === instrument());
     element.dataset.id = id;
+    element.className = state_of_instrument(id).class;
     return element;
   }));
   $("cameras").replaceChildren(...(known.cameras.length > 1 ? known.cameras : []).map(({name}) =>
@@ -133,12 +138,13 @@ function make_buttons() {
   $("switches").replaceChildren(...SWITCHES.filter(([name]) => is_there(name)).map(([name, words]) =>
     button(words, () => { look[name] = !look[name]; }, look[name])), button("Dim", dim, document.body.classList.contains("dim")),
     button("Help", () => $("help").showModal()));
-  $("demo").replaceChildren(...known.demo.map(({name, label}) => button(label, () => stream.press(name))));
+  if (!time_line.known) $("demo").replaceChildren(...known.demo.map(({name, label}) => button(label, () => stream.press(name))));
   make_legend();
 }
 
 const has_em = () => instrument() !== undefined && companion_of(instrument(), modes) !== null;
-const is_there = (name) => (name === "vessel" ? known.vessel : name === "em" ? has_em() : true);
+const has_truth = () => Boolean(newest.get(instrument())?.truth);
+const is_there = (name) => ({vessel: known.vessel, em: has_em(), truth: has_truth()})[name] ?? true;
 const dim = () => document.body.classList.toggle("dim");
 
 function make_legend() {
@@ -148,6 +154,7 @@ function make_legend() {
     look.band && [`± ${SIGMAS} sigma`, svg(`<path d="M1 6h24" stroke="${COLOURS.valid}" stroke-opacity=".4" stroke-width="9"/>`)],
     ["nothing holds it there", svg(`<path d="M1 3h24M1 9h24" stroke="${COLOURS.valid}" stroke-width="1.6" stroke-dasharray="1.5 4"/>`)],
     look.em && has_em() && ["coils alone", svg(`<path d="M1 6h24" stroke="${COLOURS.em}" stroke-width="2" stroke-dasharray="3 4"/>`)],
+    look.truth && has_truth() && ["true centreline", svg(`<path d="M1 6h24" stroke="${COLOURS.truth}" stroke-width="1.2"/>`)],
     look.coils && ["coil", svg('<circle cx="13" cy="6" r="4" fill="none" stroke="#fff" stroke-width="1.6"/>')],
     look.coils && ["coil not used", svg(`<path d="M9 2l8 8m0-8l-8 8" stroke="${COLOURS.questionable}" stroke-width="1.8"/>`)],
   ];
@@ -166,36 +173,21 @@ function look_from(angle) {
 
 // ---- May it be believed?
 
-// When this script stands still, the browser's compositor covers the page by itself: each look puts one of two animations back to
-// its beginning, in turn. One that was just put back may not have reached the compositor yet; the other one has.
-const covers = [...document.querySelectorAll(".cover")].map((cover) => cover.animate(
-  [{opacity: 0}, {opacity: 0, offset: 0.99}, {opacity: 1}], {duration: SILENCE_MS, fill: "forwards"}));
-let watchdog_at = 0;
-
-function feed_watchdog() {
-  if (performance.now() - watchdog_at < WATCHDOG_MS) return;
-  watchdog_at = performance.now();
-  covers.push(covers.shift());
-  // Both when one of them has covered the page: the script was late and is back.
-  for (const cover of covers[0].playState === "finished" || covers[1].playState === "finished" ? covers : [covers[0]]) {
-    cover.currentTime = 0;
-    cover.play();
-  }
-}
+const watchdog = new Watchdog(document.querySelectorAll(".cover"), SILENCE_MS);
 
 const age_of = (id) => (newest.has(id) ? stream.age(newest.get(id).received) : Infinity);
-const state_of_instrument = (id) => state_of(newest.get(id) ?? null, age_of(id), is_connected);
+const state_of_instrument = (id) => state_of(newest.get(id) ?? null, age_of(id), is_connected, Boolean(time_line.known));
 
 function judge() {
   const ids = main_instruments();
-  const all = ids.length ? ids.map((id) => ({id, state: state_of_instrument(id)})) : [{id: null, state: state_of(null, 0, is_connected)}];
+  const all = ids.length ? ids.map((id) => ({id, state: state_of_instrument(id)})) : [{id: null, state: state_of_instrument(null)}];
   const chief = worst(all), own = state_of_instrument(instrument());
   const state = {
     class: chief.state.class, word: chief.state.word, is_silent: own.is_silent,
     why: all.filter(({state: {reasons}}) => reasons.length)
       .map((each) => (ids.length > 1 && each.id ? `${each.id}: ` : "") + each.state.reasons.join("; ")).join(" | "),
   };
-  feed_watchdog();
+  watchdog.feed();
   const is_other = state.class !== shown.class || state.is_silent !== shown.is_silent;
   const has_other_words = state.word !== shown.word || state.why !== shown.why;
   if (!is_other && !has_other_words) return;
@@ -302,7 +294,7 @@ function caption(view, image, age, is_live) {
   element.textContent = !view ? "no camera is known yet"
     : !is_wanted ? `${name}images are not shown here (tubed-view --images)`
     : !image ? `${name}no image has come`
-    : is_live ? `${name}live, grey ${image.head.black} .. ${image.head.white}` : image.head.on ? `${name}images do not come${old}` : `${name}fluoroscopy is off${old}`;
+    : is_live ? `${name}${time_line.known ? `frame ${image.head.frame}` : "live"}, grey ${image.head.black} .. ${image.head.white}` : image.head.on ? `${name}images do not come${old}` : `${name}fluoroscopy is off${old}`;
 }
 
 function watermark(image) {
@@ -320,11 +312,12 @@ function frame(at) {
   frame_ms += 0.1 * (Math.min(at - frame_at, 300) - frame_ms);
   frame_at = at;
   if (is_dirty) draw();
+  if (time_line.known) { size($("strips")); time_line.draw(ratio()); }
   const now = performance.now();
   if (now - strips_at > STRIPS_MS) {
     strips_at = now;
     size($("strips"));
-    strips.draw(instrument(), now, ratio());
+    if (!time_line.known) strips.draw(instrument(), now, ratio());
     is_dirty = is_dirty || shown.is_silent;  // ages in words grow
   }
   requestAnimationFrame(frame);
@@ -333,9 +326,9 @@ function frame(at) {
 // ---- Keys
 
 const KEYS = [
-  ["1 .. 8", "instrument"], ["n", "next view of the fluoroscope"], ["i u c e v", "image, sigma, coils, coils alone, vessel on and off"],
+  ["1 .. 8", "instrument"], ["n", "next view of the fluoroscope"], ["i u c e v t", "image, sigma, coils, coils alone, vessel, truth on and off"],
   ["arrows", "turn the room"], ["+ -", "nearer, further"], ["0 9 8", "as the fluoroscope, from the side, oblique"], ["d", "dim"],
-  ["f", "whole screen"], ["?", "this help"]];
+  ["f", "whole screen"], ...RECORDING_KEYS, ["?", "this help"]];
 
 function press(key) {
   const angle = {0: 0, 9: 90, 8: 60}[key], turn = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[key];
@@ -343,6 +336,7 @@ function press(key) {
   if (turn) room?.turn(...turn);
   else if (key === "+" || key === "-") room?.zoom(key === "+" ? 0.87 : 1.15);
   else if (toggled) look[toggled[0]] = !look[toggled[0]];
+  else if (time_line.press(key)) return true;
   else if (key === "n") chosen.camera = known.cameras[(known.cameras.indexOf(camera()) + 1) % known.cameras.length]?.name;
   else if (key === "d") dim();
   else if (key === "f") document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen();
@@ -359,7 +353,7 @@ addEventListener("keydown", (event) => {
   make_buttons();
   is_dirty = true;
 });
-addEventListener("resize", () => { is_dirty = true; });
+addEventListener("resize", () => { is_dirty = time_line.is_dirty = true; });
 document.addEventListener("visibilitychange", () => { judge(); draw(); });
 
 $("keys").replaceChildren(...KEYS.map(([keys, words]) => {
@@ -387,6 +381,6 @@ window.tubedView = {
     draw();
     const view = camera();
     return {class: shown.class, word: shown.word, why: shown.why, is_silent: shown.is_silent, drawn, camera: view && seen_by(view, newest.get(instrument())), at: performance.now(),
-            sample: newest.get(instrument()) ?? null, image: view ? images.get(view.name)?.head ?? null : null, age: age_of(instrument())};
+            sample: newest.get(instrument()) ?? null, position: time_line.position, timeline: time_line.known, image: view ? images.get(view.name)?.head ?? null : null, age: age_of(instrument())};
   },
 };
