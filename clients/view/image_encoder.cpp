@@ -1,16 +1,12 @@
 #include "clients/view/image_encoder.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 namespace tubed {
 
 namespace {
-
-constexpr double kWindowShare = 0.2;
 
 std::string framed(const nlohmann::json& head, std::span<const std::uint8_t> jpeg) {
   const std::string words = head.dump();
@@ -54,29 +50,17 @@ SharedMessage ImageEncoder::encode(const RawImage& image, std::uint64_t number, 
                              {"width", image.head.width},
                              {"height", image.head.height},
                              {"shrunk", shrunk},
-                             {"black", std::lround(window_.black)},
-                             {"white", std::lround(window_.white)},
+                             {"black", std::lround(pictures_.window().black)},
+                             {"white", std::lround(pictures_.window().white)},
                              {"received", static_cast<double>(received_ns) * 1e-6}},
                             jpeg);
   return message;
 }
 
 std::span<const std::uint8_t> ImageEncoder::jpeg_of(const RawImage& image, int& shrunk) {
-  picture_.width = static_cast<int>(image.head.width);
-  picture_.height = static_cast<int>(image.head.height);
-  picture_.pixels.resize(std::size_t{image.head.width} * image.head.height);
-  std::vector<std::uint16_t> deep(picture_.pixels.size());
-  if (image.head.depth_bits == 8) {
-    std::copy(image.pixels.begin(), image.pixels.end(), deep.begin());
-  } else {
-    std::memcpy(deep.data(), image.pixels.data(), image.pixels.size());
-  }
-  const GreyWindow now = window_of(deep);
-  window_ = has_window_ ? between(window_, now, kWindowShare) : now;
-  has_window_ = true;
-  apply_window(deep, window_, picture_.pixels);
-  shrunk = shrink(picture_, settings_.max_side);
-  return encoder_.encode(picture_, settings_.quality);
+  GreyPicture& picture = pictures_.take(image);
+  shrunk = shrink(picture, settings_.max_side);
+  return encoder_.encode(picture, settings_.quality);
 }
 
 }  // namespace tubed

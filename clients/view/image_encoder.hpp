@@ -5,19 +5,12 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "clients/pictures/grey_picture.hpp"
+#include "clients/view/jpeg_encoder.hpp"
 #include "clients/view/outbox.hpp"
-#include "clients/view/picture.hpp"
-#include "idl/shm_layout.h"
 
 namespace tubed {
-
-/// One image as it lies in shared memory.
-struct RawImage {
-  tubed_shm_image head{};
-  std::vector<std::uint8_t> pixels;  ///< row by row, no padding; 16 bit in host order; none without radiation
-};
 
 /// How pictures are made.
 struct PictureSettings {
@@ -44,9 +37,7 @@ class ImageEncoder {
   std::string camera_;
   PictureSettings settings_;
   JpegEncoder encoder_;
-  GreyPicture picture_;
-  GreyWindow window_;
-  bool has_window_ = false;
+  GreyFollower pictures_;
 };
 
 }  // namespace tubed

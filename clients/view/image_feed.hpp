@@ -19,10 +19,6 @@ struct ImageFeedSettings {
   double max_rate_hz = 15;  ///< however fast they come
 };
 
-/// The newest sample of the reader; nothing when it was overtaken meanwhile or contradicts itself.
-/// Precondition: ShmNews::kSample.
-std::optional<RawImage> take_image(ShmReader& reader);
-
 /// A thread that follows one camera through restarts of whoever writes.
 class ImageFeed {
  public:

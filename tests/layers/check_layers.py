@@ -18,7 +18,7 @@ ROWS = {
     # What a key of the configuration is: below everything that has settings.
     "idl/settings": -1,
     "idl": 0, "idl/geometry": 0, "idl/command_line": 0,
-    "clients/cpp": 1, "clients/svg": 1,
+    "clients/cpp": 1, "clients/svg": 1, "clients/pictures": 1,
     "daemon/model": 1, "drivers/interface": 1,
     # Files of pictures: devices that replay them include it, and whoever draws.
     "drivers/png": 1,
@@ -73,7 +73,7 @@ INCLUDE_RULES = (
      r"(?:termios|unistd|fcntl|poll|time|ctime|fstream|iostream|cstdio|stdio|thread|mutex)(?:\.h)?$|sys/|linux/|net/",
      "the protocol is bytes to structs and back: no device, file, clock or thread"),
     ("below-clients", r"(?:daemon|drivers|idl)/", None, r"clients/", "nothing below the clients includes them"),
-    ("client-rooms", r"clients/(?:cpp|exporter|view)/", None, r"daemon/|drivers/|idl/(?:geometry|settings)/|clients/(?!cpp/|exporter/|view/)",
+    ("client-rooms", r"clients/(?:cpp|exporter|pictures|view)/", None, r"daemon/|drivers/|idl/(?:geometry|settings)/|clients/(?!cpp/|exporter/|pictures/|view/)",
      "clients live on the public contract: idl and clients/cpp"),
     ("driver-daemon", r"drivers/", None, r"daemon/", "a driver never includes the daemon"),
     ("fluoroscope-rooms", r"drivers/laboratory/fluoroscope/", None,

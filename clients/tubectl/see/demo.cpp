@@ -15,6 +15,7 @@
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/tubectl/see/demo_daemon.hpp"
 #include "clients/tubectl/see/demo_figures.hpp"
+#include "clients/tubectl/see/demo_image.hpp"
 #include "clients/tubectl/see/demo_picture.hpp"
 #include "clients/tubectl/see/demo_view.hpp"
 #include "clients/tubectl/verbs.hpp"
@@ -34,7 +35,7 @@ struct DemoOptions {
   std::string picture;
   int domain = -1;
   std::int64_t seed = 1;
-  std::string preset{kArchPreset};
+  std::string preset = "field";
   std::string tracker = "simulation";
   std::string can_interface;
   std::vector<std::string> mistakes;
@@ -56,13 +57,14 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain,   to_ns(steady_clock::now()),       options.seed,
-               options.preset,   tracker_named(options.tracker),   options.can_interface,
-               options.mistakes, options.web ? options.listen : ""},
+      : scene_{options.domain,   to_ns(steady_clock::now()),        options.seed,
+               options.preset,   tracker_named(options.tracker),    options.can_interface,
+               options.mistakes, options.web ? options.listen : "", options.web || options.headless_s == 0},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
-        health_(Subscription{.domain = scene_.domain}) {
+        health_(Subscription{.domain = scene_.domain}),
+        image_((daemon_.folder() / ("preview-" + figures_.camera().calibration().name + ".sock")).string()) {
     shapes_.waiting = "preparing preset " + options.preset + ", waiting for the first shape ...";
   }
 
@@ -76,6 +78,9 @@ class Demo {
         figures_.take(*news.sample);
         const bool fused = news.instrument_id == "cath-1";
         (fused ? shapes_.fused : shapes_.em) = news.sample->estimate;
+        if (fused && !shapes_.side_depth_mm) {
+          shapes_.side_depth_mm = mean_depth_mm(figures_.camera(), news.sample->estimate);
+        }
         shapes_.notice.clear();
       } else if (news.event != TubeEvent::kTimeout) {
         figures_.count_event(news.event);
@@ -122,6 +127,7 @@ class Demo {
 
   DemoDaemon& daemon() { return daemon_; }
   const DemoFigures& figures() const { return figures_; }
+  DemoImage& image() { return image_; }
   const DemoShapes& shapes() const { return shapes_; }
 
  private:
@@ -130,6 +136,7 @@ class Demo {
   DemoFigures figures_;
   TubeSubscriber subscriber_;
   TopicReader<tubed_TubeHealth> health_;
+  DemoImage image_;
   DemoShapes shapes_;
   bool off_ = false;
   bool coil_lost_ = false;
@@ -256,6 +263,9 @@ int run_live(Demo& demo, const DemoOptions& options) {
   std::optional<EndedProgram> ended;
   {
     LiveTerminal terminal;
+    DemoScreen screen;
+    screen.ability = terminal.ability();
+    bool shows_image = screen.ability.images != TerminalImages::kNone;
     while (interrupted == 0 && !ended) {
       demo.listen(milliseconds(66));
       const char key = terminal.key();
@@ -263,11 +273,23 @@ int run_live(Demo& demo, const DemoOptions& options) {
         break;
       }
       demo.press(key);
+      shows_image ^= key == 'i';
+      screen.shows_help ^= key == '?' || key == 'h';
+      if (key == 'i') std::cout << "\033[2J";  // what was drawn in pixels stays otherwise
       winsize size{};
-      if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0) {
-        size = {40, 100, 0, 0};
+      if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0) {
+        screen.rows = size.ws_row;
+        screen.columns = size.ws_col;
+        if (size.ws_xpixel >= 2 * size.ws_col && size.ws_ypixel >= 2 * size.ws_row) {
+          screen.ability.character_width_px = size.ws_xpixel / size.ws_col;
+          screen.ability.character_height_px = size.ws_ypixel / size.ws_row;
+        }
       }
-      std::cout << draw_demo(demo.figures(), demo.shapes(), size.ws_row, size.ws_col) << std::flush;
+      const std::int64_t now_ns = to_ns(steady_clock::now());
+      demo.image().look(now_ns);
+      screen.image = shows_image ? demo.image().picture(now_ns) : nullptr;
+      screen.geometry = screen.image != nullptr ? demo.image().geometry() : std::nullopt;
+      std::cout << draw_demo(demo.figures(), demo.shapes(), screen) << std::flush;
       ended = demo.daemon().ended(kLastWords);
     }
   }
@@ -313,7 +335,9 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
       .needs(web);
   verb.add_option("--domain", options->domain, "DDS domain, 0 .. 230; default: a private one")
       .in_range(0, 230);
-  verb.add_option("--preset", options->preset, "what is simulated; all but arch take some seconds to start")
+  verb.add_option("--preset", options->preset,
+                  "what is simulated; all but arch take some seconds to start, which is a plain tube without "
+                  "a patient")
       .is_member(simulation_presets())
       .capture_default_str();
   Argument tracker =

@@ -151,7 +151,7 @@ std::string demo_configuration(const DemoScene& scene, const fs::path& folder) {
   text += serial ? "device = \"" + port_in(folder).string() + "\"\n\n"
           : can  ? "device = \"" + bus_of(scene, folder) + "\"\n\n"
                  : "\n";
-  if (!scene.web.empty()) text += "[shm]\npreview_folder = \"" + folder.string() + "\"\n\n";
+  if (scene.shows_images) text += "[shm]\npreview_folder = \"" + folder.string() + "\"\n\n";
   for (const CameraCalibration& camera : room.cameras) {
     text += "[[camera]]\nname = \"" + camera.name + "\"\nwidth = " + std::to_string(camera.width) +
             "\nheight = " + std::to_string(camera.height) + "\nfx = " + toml_number(camera.fx) +

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace tubed {
 
@@ -17,6 +18,19 @@ std::string braille(unsigned dots) {
   return {static_cast<char>(0xE0 | (code >> 12)), static_cast<char>(0x80 | ((code >> 6) & 0x3F)),
           static_cast<char>(0x80 | (code & 0x3F))};
 }
+
+const std::string kUpperHalf = "\xE2\x96\x80";  // U+2580
+
+/// A grey as foreground (38) or background (48).
+std::string grey_code(int ground, int grey, TerminalImages images) {
+  const std::string start = std::to_string(ground);
+  if (images == TerminalImages::kGreys) return start + ";5;" + std::to_string(232 + grey * 24 / 256);
+  const std::string value = std::to_string(grey);
+  return start + ";2;" + value + ";" + value + ";" + value;
+}
+
+/// Of an ANSI colour on a grey picture; grey itself becomes white.
+int bright(int colour) { return colour == 90 ? 97 : colour + 60; }
 
 }  // namespace
 
@@ -56,17 +70,41 @@ void TerminalCanvas::letter(double x, double y, char letter, int colour) {
   }
 }
 
-std::string TerminalCanvas::row(int row) const {
+void TerminalCanvas::background(int column, int row, std::uint8_t upper, std::uint8_t lower) {
+  if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
+  Cell& cell = cells_[static_cast<std::size_t>(row * columns_ + column)];
+  cell.has_background = true;
+  cell.upper = upper;
+  cell.lower = lower;
+}
+
+std::string TerminalCanvas::text_of(const Cell& cell) {
+  if (cell.letter != 0) return std::string(1, cell.letter);
+  if (cell.dots != 0) return braille(cell.dots);
+  return cell.has_background ? kUpperHalf : " ";
+}
+
+std::string TerminalCanvas::style_of(const Cell& cell, TerminalImages images) {
+  const bool is_drawn_on = cell.dots != 0 || cell.letter != 0;
+  const bool has_background = cell.has_background && images != TerminalImages::kNone;
+  if (!has_background) return is_drawn_on ? "\033[0;" + std::to_string(cell.colour) + "m" : "\033[0m";
+  if (is_drawn_on) {
+    const int mean = (cell.upper + cell.lower) / 2;
+    return "\033[" + std::to_string(bright(cell.colour)) + ";" + grey_code(48, mean, images) + "m";
+  }
+  return "\033[" + grey_code(38, cell.upper, images) + ";" + grey_code(48, cell.lower, images) + "m";
+}
+
+std::string TerminalCanvas::row(int row, TerminalImages images) const {
   std::string text;
-  int colour = -1;
+  std::string style;
   for (int column = 0; column < columns_; ++column) {
-    const Cell& cell = cells_[static_cast<std::size_t>(row * columns_ + column)];
-    const bool empty = cell.dots == 0 && cell.letter == 0;
-    if (!empty && cell.colour != colour) {
-      colour = cell.colour;
-      text += "\033[" + std::to_string(colour) + "m";
-    }
-    text += empty ? " " : (cell.letter != 0 ? std::string(1, cell.letter) : braille(cell.dots));
+    Cell cell = cells_[static_cast<std::size_t>(row * columns_ + column)];
+    cell.has_background = cell.has_background && images != TerminalImages::kNone;
+    std::string now = style_of(cell, images);
+    if (now != style) text += now;
+    style = std::move(now);
+    text += text_of(cell);
   }
   return text + "\033[0m";
 }

@@ -1,12 +1,7 @@
-#include "clients/view/picture.hpp"
-
-#include <turbojpeg.h>
+#include "clients/pictures/grey_picture.hpp"
 
 #include <algorithm>
-#include <array>
-#include <stdexcept>
-#include <string>
-#include <utility>
+#include <cstring>
 
 namespace tubed {
 
@@ -15,6 +10,7 @@ namespace {
 constexpr std::size_t kStep = 16;
 constexpr double kCut = 0.005;
 constexpr double kMinWidth = 16;
+constexpr double kWindowShare = 0.2;
 constexpr double kMargin = 0.35;  // noise fills the whole width otherwise
 
 /// Index of the first bin beyond `share` of all.
@@ -74,29 +70,21 @@ int shrink(GreyPicture& picture, int max_side) {
   return times;
 }
 
-JpegEncoder::JpegEncoder() : encoder_(tjInitCompress()) {
-  if (encoder_ == nullptr) throw std::runtime_error(std::string("libjpeg-turbo: ") + tjGetErrorStr());
-}
-
-JpegEncoder::~JpegEncoder() {
-  tjFree(buffer_);
-  tjDestroy(encoder_);
-}
-
-std::span<const std::uint8_t> JpegEncoder::encode(const GreyPicture& picture, int quality) {
-  // The most a picture of that size can take: the library never allocates.
-  const unsigned long most = tjBufSize(picture.width, picture.height, TJSAMP_GRAY);
-  if (most > capacity_ && most != static_cast<unsigned long>(-1)) {
-    tjFree(std::exchange(buffer_, nullptr));
-    buffer_ = tjAlloc(static_cast<int>(most));
-    capacity_ = buffer_ == nullptr ? 0 : most;
+GreyPicture& GreyFollower::take(const RawImage& image) {
+  picture_.width = static_cast<int>(image.head.width);
+  picture_.height = static_cast<int>(image.head.height);
+  picture_.pixels.resize(std::size_t{image.head.width} * image.head.height);
+  deep_.resize(picture_.pixels.size());
+  if (image.head.depth_bits == 8) {
+    std::copy(image.pixels.begin(), image.pixels.end(), deep_.begin());
+  } else {
+    std::memcpy(deep_.data(), image.pixels.data(), image.pixels.size());
   }
-  unsigned long bytes = capacity_;
-  if (tjCompress2(encoder_, picture.pixels.data(), picture.width, picture.width, picture.height, TJPF_GRAY,
-                  &buffer_, &bytes, TJSAMP_GRAY, quality, TJFLAG_NOREALLOC) != 0) {
-    throw std::runtime_error(std::string("libjpeg-turbo: ") + tjGetErrorStr2(encoder_));
-  }
-  return {buffer_, bytes};
+  const GreyWindow now = window_of(deep_);
+  window_ = has_window_ ? between(window_, now, kWindowShare) : now;
+  has_window_ = true;
+  apply_window(deep_, window_, picture_.pixels);
+  return picture_;
 }
 
 }  // namespace tubed

@@ -1,10 +1,10 @@
-#include "clients/view/picture.hpp"
+#include "clients/pictures/grey_picture.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
-#include <stdexcept>
 
 namespace tubed {
 namespace {
@@ -61,20 +61,27 @@ TEST(Shrink, LeavesWhatFitsAlone) {
   EXPECT_EQ(picture.pixels, ramp(100, 50).pixels);
 }
 
-TEST(JpegEncoder, MakesWhatBeginsAndEndsAsJpegDoes) {
-  JpegEncoder encoder;
-  for (const int side : {16, 400, 8}) {  // a larger one and a smaller one after it
-    const auto jpeg = encoder.encode(ramp(side, side), 80);
-    ASSERT_GT(jpeg.size(), 4U);
-    EXPECT_EQ(jpeg[0], 0xFF);
-    EXPECT_EQ(jpeg[1], 0xD8);
-    EXPECT_EQ(jpeg[jpeg.size() - 1], 0xD9);
+RawImage image_of(std::uint32_t depth_bits, std::uint16_t grey) {
+  RawImage image;
+  image.head.width = image.head.height = 64;
+  image.head.depth_bits = depth_bits;
+  image.head.fluoroscopy_on = 1;
+  image.pixels.resize(std::size_t{64} * 64 * depth_bits / 8, static_cast<std::uint8_t>(grey));
+  if (depth_bits == 16) {
+    const std::vector<std::uint16_t> deep(std::size_t{64} * 64, grey);
+    std::memcpy(image.pixels.data(), deep.data(), image.pixels.size());
   }
+  return image;
 }
 
-TEST(JpegEncoder, RefusesAPictureWithoutPixels) {
-  JpegEncoder encoder;
-  EXPECT_THROW(encoder.encode({}, 80), std::runtime_error);
+TEST(GreyFollower, ItsWindowFollowsByAFifthAnImage) {
+  GreyFollower follower;
+  for (const std::uint32_t depth : {8U, 16U}) {
+    EXPECT_EQ(follower.take(image_of(depth, 100)).pixels.size(), 4096U);
+  }
+  const double before = follower.window().black;
+  follower.take(image_of(16, 1100));
+  EXPECT_NEAR(follower.window().black - before, 200, 1);
 }
 
 }  // namespace

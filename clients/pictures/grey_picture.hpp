@@ -1,10 +1,12 @@
-// Grey pictures of the fluoroscope as a browser takes them.
+// Images of the fluoroscope as a person looks at them: 8 bit, the grey values that there are from black to
+// white.
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
+
+#include "clients/pictures/raw_image.hpp"
 
 namespace tubed {
 
@@ -33,23 +35,19 @@ void apply_window(std::span<const std::uint16_t> from, const GreyWindow& window,
 /// many times it shrank: 1, 2, 4 ...
 int shrink(GreyPicture& picture, int max_side);
 
-/// libjpeg-turbo, with a buffer that is kept. One thread.
-class JpegEncoder {
+/// Makes the pictures of one camera. Their window follows the images', so that they do not flicker.
+class GreyFollower {
  public:
-  /// Throws std::runtime_error.
-  JpegEncoder();
-  ~JpegEncoder();
-  JpegEncoder(const JpegEncoder&) = delete;
-  JpegEncoder& operator=(const JpegEncoder&) = delete;
-
-  /// The picture as JPEG, grey; valid until the next call. `quality`: 1 .. 100. Throws std::runtime_error for
-  /// a picture without pixels.
-  std::span<const std::uint8_t> encode(const GreyPicture& picture, int quality);
+  /// Precondition: `image` has pixels. Valid until the next call.
+  GreyPicture& take(const RawImage& image);
+  /// Of the newest picture.
+  [[nodiscard]] const GreyWindow& window() const { return window_; }
 
  private:
-  void* encoder_;
-  unsigned char* buffer_ = nullptr;
-  unsigned long capacity_ = 0;
+  GreyPicture picture_;
+  GreyWindow window_;
+  std::vector<std::uint16_t> deep_;
+  bool has_window_ = false;
 };
 
 }  // namespace tubed
