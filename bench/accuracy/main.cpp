@@ -29,6 +29,7 @@ struct Arguments {
   std::vector<std::string> modes;
   std::vector<std::string> options;
   int every = 1;
+  double rate_hz = 0;
   std::string out = "accuracy";
   ShapeErrorSettings judged{.s_max_mm = 0};  ///< 0: not said
   std::string match = "nearest";
@@ -70,10 +71,14 @@ void write_file(const fs::path& file, const std::string& text) {
 
 /// The folder of a preset's run, simulated unless it is there already.
 fs::path simulated(const std::string& preset, int seed, const Arguments& arguments) {
-  const fs::path folder = fs::path(arguments.out) / "sequences" / (preset + "-" + std::to_string(seed));
+  const fs::path folder =
+      fs::path(arguments.out) / "sequences" /
+      (preset + "-" + std::to_string(seed) +
+       (arguments.rate_hz > 0 ? "-" + std::to_string(std::lround(arguments.rate_hz)) + "hz" : ""));
   if (fs::exists(folder / "truth.csv")) return folder;
   fs::create_directories(folder.parent_path());
-  const SimulatedRun run{.preset = preset, .seed = seed, .every = arguments.every};
+  const SimulatedRun run{
+      .preset = preset, .seed = seed, .every = arguments.every, .rate_hz = arguments.rate_hz};
   write_simulated_run(run, scenario_of(run), folder, [&](std::size_t done, std::size_t total) {
     if (done % 10 == 0 || done == total) {
       show_progress(
@@ -196,6 +201,9 @@ int main(int argc, char** argv) {
                  "of the presets, one run each; 1001,1002,1003, of bench 1001 to 1020")
       .delimiter(',');
   app.add_option("--every", arguments.every, "of the presets: every so many steps").capture_default_str();
+  app.add_option("--rate", arguments.rate_hz,
+                 "of the presets: exposures a second, Hz; as the preset has it, mostly 7.5")
+      .in_range(0.5, 60.0);
   app.add_option("--modes", arguments.modes, "modes to compare; all, of bench em,paper,filter")
       .delimiter(',');
   app.add_option("--set", arguments.options,

@@ -94,6 +94,7 @@ std::string command_of(const SimulatedRun& run) {
   if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.undisturbed) text << " --undisturbed";
   if (run.tells_marks) text << " --tell-marks";
+  if (run.rate_hz != 0) text << " --rate " << run.rate_hz;
   if (run.second_view_every != 0) text << " --second-view-every " << run.second_view_every;
   if (run.pan_mm != 0) text << " --pan " << run.pan_mm;
   if (run.turn_deg != 0) text << " --turn " << run.turn_deg;
@@ -213,6 +214,7 @@ Scenario scenario_of(const SimulatedRun& run) {
   }
   scenario = on_panel(std::move(scenario), run.panel);
   if (run.undisturbed) scenario = undisturbed(std::move(scenario));
+  if (run.rate_hz > 0) scenario.frame_rate_hz = run.rate_hz;
   if (run.second_view_every > 0) {
     if (scenario.room.cameras.size() < 2) {
       throw std::runtime_error("--second-view-every: preset " + run.preset +

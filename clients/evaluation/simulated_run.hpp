@@ -27,6 +27,7 @@ struct SimulatedRun {
   bool tells_marks = false;     ///< the described room says where the catheter's electrodes are
   bool undisturbed = false;     ///< see undisturbed() of scenario.hpp
   int every = 1;                ///< only every so many-th exposure
+  double rate_hz = 0;           ///< exposures a second of the first view; 0: as the preset has it
   int second_view_every = 0;    ///< second view with every so many-th of them; 0: as the preset has it
   double swing_deg = 0;         ///< the first view swings by so much every 20 s; 0: as the preset has it
   bool announces_pose = true;   ///< images of a view that moves say how it stood

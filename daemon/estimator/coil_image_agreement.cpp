@@ -13,11 +13,13 @@ namespace {
 
 constexpr double kNewAfter_mm = 200;  // way of the tube after which the field is another one
 constexpr int kJudgedAtOnce = 4;      // explanations an image
-constexpr double kNearest_mm = 5;     // of an image line to a coil, along the tube
-constexpr double kAcross_mm = 0.3;    // how well the shape is known across an image that shows it
-constexpr double kEnd_px = 2.5;       // how well the end of the tube is seen, along it
-constexpr double kEndMemory_s = 2;    // of how far the image's end lies beyond the shape's
-constexpr double kEndSeen_mm = 0.6;   // nearer than that it is not known where the image has the end: 1 px
+constexpr double kNew_s = 1 / 7.5;  // after which an image brings as much as if there had been none before it
+constexpr double kMinNews = 1e-3;   // two images of an instant
+constexpr double kNearest_mm = 5;   // of an image line to a coil, along the tube
+constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it
+constexpr double kEnd_px = 2.5;     // how well the end of the tube is seen, along it
+constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond the shape's
+constexpr double kEndSeen_mm = 0.6;  // nearer than that it is not known where the image has the end: 1 px
 constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewhere, whatever explains it
 constexpr double kEndAgrees_mm = 2.5;
 constexpr double kMinEndShare =
@@ -132,8 +134,10 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed&
   remember_places(shape);
   lasting_mm_ = std::max(lasting_mm, errors_.coil_mm);
   for (const ViewConstraints& view : shape.views) {
-    observe_across(coils, shape, view, noise_mm);
-    observe_end(coils, shape, view, noise_mm, dt_s);
+    const std::optional<Sight> sight = look(*view.camera, shape.instant);
+    if (!sight) continue;
+    observe_across(coils, shape, view, *sight, noise_mm);
+    observe_end(coils, shape, view, *sight, noise_mm, dt_s);
   }
   for (int i = 0; i < kJudgedAtOnce; ++i) {
     judge_next();
@@ -174,16 +178,20 @@ Eigen::Vector3d CoilImageAgreement::velocity_mm_s(int coil) const {
   return (past_[0].p_world_mm[at] - oldest.p_world_mm[at]) / dt_s;
 }
 
-int CoilImageAgreement::view_of(const Camera& camera, MonotonicTime instant) {
+// Where a coil lies beside a shape hardly changes from image to image: of many images a second each brings
+// less.
+std::optional<CoilImageAgreement::Sight> CoilImageAgreement::look(const Camera& camera,
+                                                                  MonotonicTime instant) {
   for (int i = 0; i < view_count_; ++i) {
     SeenView& view = views_[static_cast<std::size_t>(i)];
     if (view.camera == nullptr || view.camera == &camera) {
+      const double dt_s = view.camera == nullptr ? kNew_s : seconds_between(view.confirmed, instant);
       view.camera = &camera;
       view.confirmed = instant;
-      return i;
+      return Sight{i, std::clamp(dt_s / kNew_s, kMinNews, 1.0)};
     }
   }
-  return -1;
+  return std::nullopt;
 }
 
 // A displacement of the coil at p along `side`, so many times: what every unknown adds to it.
@@ -201,9 +209,8 @@ void CoilImageAgreement::add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, 
 // side . (coil - shape) = side . (shift + turn x (p - centre) + velocity clock + errors of the coil)
 // + magnification times the way from the principal point + noise, with `side` across the tube in the image.
 void CoilImageAgreement::observe_across(const CoilObservations& coils, const Confirmed& shape,
-                                        const ViewConstraints& view, double noise_mm) {
-  const int index = view_of(*view.camera, shape.instant);
-  for (int i = 0; i < coils.count && index >= 0; ++i) {
+                                        const ViewConstraints& view, const Sight& sight, double noise_mm) {
+  for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     const bool is_shown = std::any_of(
         view.lines, view.lines + view.count,
@@ -226,21 +233,21 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
     const CameraCalibration& camera = view.camera->calibration();
     row_.setZero();
     add_coil_to_row(i, p_mm, side, 1);
-    row_[kViews + index] =
+    row_[kViews + sight.index] =
         across.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
     evidence_.add(row_, side.dot(coil.p_world_mm - p_mm),
-                  square(noise_mm) + square(kAcross_mm) + pose_variance_mm2(view));
+                  (square(noise_mm) + square(kAcross_mm) + pose_variance_mm2(view)) / sight.news);
   }
 }
 
 // How much further out the tube ends in the image than coils and arc lengths have it: from the shape's tip to
 // the image's end, less how far the coils lie further out along the tube than the shape, in the mean.
 void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confirmed& shape,
-                                     const ViewConstraints& view, double noise_mm, double dt_s) {
+                                     const ViewConstraints& view, const Sight& sight, double noise_mm,
+                                     double dt_s) {
   const LineConstraint& end = view.lines[view.count - 1];
-  const int index = view_of(*view.camera, shape.instant);
   const int used = coils.used_count();
-  if (view.count < 2 || end.s_mm != 0 || index < 0 || used == 0) {
+  if (view.count < 2 || end.s_mm != 0 || used == 0) {
     return;
   }
   const CubicBasis tip = shape.spline.basis(0);
@@ -271,10 +278,11 @@ void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confir
   }
   row_[kArcLength] = -1;  // where they are too large the coils put the end too far out
   const CameraCalibration& camera = view.camera->calibration();
-  row_[kViews + index] =
+  row_[kViews + sight.index] =
       -end.normal.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-  evidence_.add(row_, further_mm,
-                square(noise_mm) / used + square(kEnd_px / px_per_mm) + pose_variance_mm2(view));
+  evidence_.add(
+      row_, further_mm,
+      (square(noise_mm) / used + square(kEnd_px / px_per_mm) + pose_variance_mm2(view)) / sight.news);
   end_row_ = row_;
 }
 

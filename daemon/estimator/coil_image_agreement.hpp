@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -118,12 +119,17 @@ class CoilImageAgreement {
   void forget(const Confirmed& shape, double dt_s);
   void remember_places(const Confirmed& shape);
   [[nodiscard]] Eigen::Vector3d velocity_mm_s(int coil) const;
-  int view_of(const Camera& camera, MonotonicTime instant);
+  /// An image of a view: of which, and how much of it is new, 0 .. 1.
+  struct Sight {
+    int index = 0;
+    double news = 1;
+  };
+  std::optional<Sight> look(const Camera& camera, MonotonicTime instant);
   void add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight);
   void observe_across(const CoilObservations& coils, const Confirmed& shape, const ViewConstraints& view,
-                      double noise_mm);
+                      const Sight& sight, double noise_mm);
   void observe_end(const CoilObservations& coils, const Confirmed& shape, const ViewConstraints& view,
-                   double noise_mm, double dt_s);
+                   const Sight& sight, double noise_mm, double dt_s);
   void allow(const Explanation& explanation);
   void judge_next();
   void conclude();

@@ -34,6 +34,7 @@ class Progress {
   void step(const TubeEstimate& estimate) {
     ++done_;
     ++validities_[std::string(name_of(estimate.validity))];
+    count_reasons(estimate.reasons);
     if (live_ || done_ == total_) {
       std::cerr << (live_ ? "\r" : "") << done_ << " of " << total_ << " instants, " << per_second()
                 << " a second   " << (done_ == total_ ? "\n" : "") << std::flush;
@@ -45,12 +46,34 @@ class Progress {
   }
   [[nodiscard]] std::size_t done() const { return done_; }
   [[nodiscard]] const std::map<std::string, int>& validities() const { return validities_; }
+  /// Of instants that are not VALID for them, and of those that are and say so all the same.
+  [[nodiscard]] const std::map<std::string, int>& reasons() const { return reasons_; }
+  /// "QUESTIONABLE 25, VALID 312; reasons: AMBIGUOUS 5, EM_IMAGE_DISAGREE 20".
+  [[nodiscard]] std::string summary() const {
+    std::string text;
+    for (const auto& [word, count] : validities_) {
+      text += (text.empty() ? "" : ", ") + word + " " + std::to_string(count);
+    }
+    std::string why;
+    for (const auto& [word, count] : reasons_) {
+      why += (why.empty() ? "" : ", ") + word + " " + std::to_string(count);
+    }
+    return text + (why.empty() ? "" : "; reasons: " + why);
+  }
 
  private:
+  void count_reasons(Reasons reasons) {
+    for (int bit = 0; bit < kReasonCount; ++bit) {
+      const auto reason = static_cast<Reason>(1U << static_cast<unsigned>(bit));
+      if (reasons.has(reason) && reason != Reason::kReplayData) ++reasons_[std::string(name_of(reason))];
+    }
+  }
+
   std::size_t total_;
   bool live_;
   std::size_t done_ = 0;
   std::map<std::string, int> validities_;
+  std::map<std::string, int> reasons_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -91,13 +114,15 @@ int run(const ReconstructOptions& options) {
     std::cerr << "tubectl reconstruct: writing " << options.out << " failed; is the disk full?\n";
     return 1;
   }
+  std::cerr << progress.summary() << '\n';
   if (!options.json.empty()) {
     const nlohmann::json report = {{"sequence", options.sequence},
                                    {"mode", std::string(name_of(run.estimator.mode))},
                                    {"instants", progress.done()},
                                    {"seconds", progress.seconds()},
                                    {"instants_per_s", progress.per_second()},
-                                   {"validity", progress.validities()}};
+                                   {"validity", progress.validities()},
+                                   {"reasons", progress.reasons()}};
     if (options.json == "-") {
       std::cout << report.dump(2) << '\n';
     } else {

@@ -182,6 +182,9 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   verb.add_option("--every", options->run.every, "Only every so many-th exposure")
       .in_range(1, 1000)
       .capture_default_str();
+  verb.add_option("--rate", options->run.rate_hz,
+                  "So many exposures a second, Hz (default: as the preset has it, mostly 7.5)")
+      .in_range(0.5, 60.0);
   verb.add_option("--second-view-every", options->run.second_view_every,
                   "Second view with every so many-th exposure (default: as the preset has it)")
       .in_range(1, 1000);
