@@ -136,6 +136,28 @@ def two_of_each(bed, folder):
     shoot(window, folder, "vessel", "valid")
 
 
+def recording(bed, folder):
+    """A recording of a disturbed run, where the catheter is in the arch."""
+    run = bed.folder / "clinical-7"
+    done = bed.tubectl("simulate", "--preset", "clinical", "--seed", "7", "--out", str(run), timeout_s=200)
+    beds.check(done.returncode == 0, done.stderr)
+    process = subprocess.Popen([bed.program("tubectl"), "view", str(run)], stderr=subprocess.DEVNULL, preexec_fn=calm.die_with_parent)
+    bed.closing.callback(lambda: (process.kill(), process.wait()))
+    wait_for_server()
+    window = browsers.Browser(WIDTH, HEIGHT)
+    bed.closing.callback(window.close)
+    window.open(f"http://{client.HOST}/")
+    window.wait("window.tubedView?.now().timeline?.done && tubedView.counts.images > 0", "the whole recording", 90)
+    window.run("dispatchEvent(new KeyboardEvent('keydown', {key: ' '})); document.querySelector('#watchdog')?.remove();")
+    window.run("""const line = document.getElementById("strips"), box = line.getBoundingClientRect();
+        line.setPointerCapture = () => {};
+        line.dispatchEvent(new PointerEvent("pointerdown", {clientX: box.left + 250 + (box.width - 342) * 0.8, clientY: box.top + 40}));""")
+    time.sleep(3)
+    window.picture(folder / "recording.png")
+    save(folder / "recording.png", (folder / "recording.png").read_bytes())
+    beds.say("recording.png")
+
+
 def tube_stl(points, radius, sides=24):
     """A tube around a line as binary STL: in place of a segmented vessel."""
     rings = []
@@ -178,10 +200,10 @@ def main():
     if shutil.which("pngquant") is None:
         beds.say("no pngquant: the pictures stay five times as large")
     if os.environ.get("TUBED_PICTURES") is None:  # one process each: namespaces are entered once
-        for run in (demo, two_of_each):
+        for run in (demo, two_of_each, recording):
             subprocess.run([sys.executable, __file__, programs, str(folder)], env={**os.environ, "TUBED_PICTURES": run.__name__}, check=True)
         return 0
-    return beds.run_scenario([scenario(run, folder) for run in (demo, two_of_each)], programs, os.environ["TUBED_PICTURES"], visible=[folder])
+    return beds.run_scenario([scenario(run, folder) for run in (demo, two_of_each, recording)], programs, os.environ["TUBED_PICTURES"], visible=[folder])
 
 
 if __name__ == "__main__":
