@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNewAfter_mm = 200;  // way of the tube after which the field is another one
 constexpr int kJudgedAtOnce = 4;      // explanations an image
-constexpr double kNew_s = 1 / 7.5;  // after which an image brings as much as if there had been none before it
+constexpr double kNew_s = 0.13;     // after which an image brings as much as if there had been none before it
 constexpr double kMinNews = 1e-3;   // two images of an instant
 constexpr double kNearest_mm = 5;   // of an image line to a coil, along the tube
 constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it
