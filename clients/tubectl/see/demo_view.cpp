@@ -158,14 +158,14 @@ void for_each_grey(const GreyPicture& picture, const ImagePlace& place, double w
 
 /// Half a character is two by two dots.
 void draw_image(TerminalCanvas& canvas, const GreyPicture& picture, const ImagePlace& place) {
-  std::vector<std::uint8_t> above(static_cast<std::size_t>(canvas.width()), 0);
+  std::vector<std::optional<std::uint8_t>> above(static_cast<std::size_t>(canvas.width()));
   for_each_grey(picture, place, 2, 2, [&](int x, int y, std::uint8_t grey) {
     const auto column = static_cast<std::size_t>(x);
     if (y % 2 == 0) {
       above[column] = grey;
       canvas.background(x, y / 2, grey, grey);
     } else {
-      canvas.background(x, y / 2, above[column] != 0 ? above[column] : grey, grey);
+      canvas.background(x, y / 2, above[column].value_or(grey), grey);
     }
   });
 }
