@@ -14,6 +14,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kMaxStep = 1'000'000;
+constexpr int kMaxDoublings = 8;
 
 json rounded(float value) {
   return std::isfinite(value) ? json(std::round(double{value} * 100) / 100) : json();
@@ -91,8 +92,9 @@ std::optional<PlaybackWish> parse_wish(std::string_view words) {
   if (!value.is_number()) return std::nullopt;
   const double number = value.get<double>();
   if (name == "seek") return PlaybackWish{.seek_s = number};
-  if (name == "speed") return PlaybackWish{.speed = number};
   if (name == "step" && std::abs(number) <= kMaxStep) return PlaybackWish{.step = static_cast<int>(number)};
+  if (name == "faster" && std::abs(number) <= kMaxDoublings)
+    return PlaybackWish{.faster = static_cast<int>(number)};
   return std::nullopt;
 }
 
@@ -100,7 +102,7 @@ void follow(const PlaybackWish& wish, double now_s, RecordingPosition& position)
   if (wish.play) *wish.play ? position.play(now_s) : position.pause(now_s);
   if (wish.seek_s) position.seek(*wish.seek_s, now_s);
   if (wish.step) position.step(*wish.step, now_s);
-  if (wish.speed) position.set_speed(*wish.speed, now_s);
+  if (wish.faster) position.set_speed(std::ldexp(position.speed(), *wish.faster), now_s);
 }
 
 json timeline_json(const TimeLine& line, std::size_t pieces) {

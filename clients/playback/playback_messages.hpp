@@ -17,11 +17,11 @@ namespace tubed {
 struct PlaybackWish {
   std::optional<bool> play{};
   std::optional<double> seek_s{};
-  std::optional<int> step{};  ///< instants
-  std::optional<double> speed{};
+  std::optional<int> step{};    ///< instants
+  std::optional<int> faster{};  ///< doublings of the speed; wishes that meet each other add up
 };
 
-/// {"play": true}, {"seek": 12.5}, {"step": -1}, {"speed": 0.25}; nothing for any other words.
+/// {"play": true}, {"seek": 12.5}, {"step": -1}, {"faster": -1}; nothing for any other words.
 std::optional<PlaybackWish> parse_wish(std::string_view words);
 
 /// Does what is wished.

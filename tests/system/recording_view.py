@@ -155,7 +155,7 @@ def words_of_strangers_move_nothing(bed):
     stream = client.Frames(connection)
     wait_for(stream, lambda message: message["type"] == "timeline" and message["done"])
     stream.send(client.masked(b'{"seek": 0}'))
-    for words in (b"{", b'{"seek": "1"}', b'{"seek": 1e400}', b'{"step": 1e99}', b'{"play": 1}', b'{"speed": null}', b'[{"seek": 3}]'):
+    for words in (b"{", b'{"seek": "1"}', b'{"seek": 1e400}', b'{"step": 1e99}', b'{"play": 1}', b'{"faster": null}', b'{"faster": 1e300}', b'[{"seek": 3}]'):
         stream.send(client.masked(words))
     stream.send(client.masked(b"\xff" * 900, opcode=2))
     stream.send(client.masked(b'{"step": 2}'))

@@ -24,7 +24,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kPicture{33};    // from one picture of the screen to the next
+// From one picture of the screen to the next: with the flashes between them still below 30 a second, from
+// which on a daemon leaves pictures out.
+constexpr milliseconds kPicture{40};
 constexpr milliseconds kWhite{400};     // a flash lasts
 constexpr milliseconds kMinNoise{500};  // from the end of a flash to the next, and
 constexpr milliseconds kMoreNoise{

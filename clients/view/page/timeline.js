@@ -1,7 +1,6 @@
 // The time line of a recording: what became of each instant, where the page is in it, and how a person goes elsewhere.
 import {CLASSES} from "./strips.js";
 
-const SPEEDS = [0.125, 0.25, 0.5, 1, 2, 4, 8];
 const LETTERS = {V: {colour: CLASSES.VALID, height: 1}, Q: {colour: CLASSES.QUESTIONABLE, height: 0.6}, I: {colour: "#e5484d", height: 0.25},
                  N: {colour: "#e5484d", height: 0.25}};
 const LEAST_TOP = 2;  // mm: a good recording does not fill the height with noise
@@ -13,7 +12,7 @@ const clock = (seconds) => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed
 const WISHES = {
   " ": (line) => ({play: !line.position.playing}), ",": () => ({step: -1}), ".": () => ({step: 1}),
   Home: (line) => ({seek: line.known.begin}), End: (line) => ({seek: line.known.end}),
-  "[": (line) => ({speed: line.other_speed(-1)}), "]": (line) => ({speed: line.other_speed(1)}),
+  "[": () => ({faster: -1}), "]": () => ({faster: 1}),  // of the speed that is, which the page may not know yet
 };
 export const RECORDING_KEYS = [["space", "recording: go on, stand still"], [", .", "one instant back, on"], ["[ ]", "slower, faster"],
                                ["Home End", "to the beginning, to the end"]];
@@ -50,11 +49,6 @@ export class TimeLine {
     if (!wish) return false;
     this.wish(wish);
     return true;
-  }
-
-  other_speed(by) {
-    const at = SPEEDS.findIndex((speed) => speed >= this.position.speed);
-    return SPEEDS[Math.min(Math.max(at + by, 0), SPEEDS.length - 1)];
   }
 
   make_buttons() {

@@ -14,13 +14,14 @@ TEST(PlaybackWish, IsOneOfFour) {
   EXPECT_EQ(parse_wish(R"({"play": false})")->play, false);
   EXPECT_EQ(parse_wish(R"({"seek": 12.5})")->seek_s, 12.5);
   EXPECT_EQ(parse_wish(R"({"step": -1})")->step, -1);
-  EXPECT_EQ(parse_wish(R"({"speed": 0.25})")->speed, 0.25);
+  EXPECT_EQ(parse_wish(R"({"faster": -2})")->faster, -2);
 }
 
 TEST(PlaybackWish, AnythingElseIsNone) {
-  for (const char* words : {"", "{", "[]", "5", "{}", R"({"seek": "12"})", R"({"play": 1})",
-                            R"({"step": true})", R"({"step": 1e300})", R"({"seek": 1, "play": true})",
-                            R"({"press": "off"})", R"({"seek": null})", "\xff\xfe"}) {
+  for (const char* words :
+       {"", "{", "[]", "5", "{}", R"({"seek": "12"})", R"({"play": 1})", R"({"step": true})",
+        R"({"step": 1e300})", R"({"faster": 1e300})", R"({"faster": null})", R"({"seek": 1, "play": true})",
+        R"({"press": "off"})", R"({"seek": null})", "\xff\xfe"}) {
     EXPECT_EQ(parse_wish(words), std::nullopt) << words;
   }
 }
@@ -35,8 +36,12 @@ TEST(PlaybackWish, IsFollowed) {
   EXPECT_EQ(position.t_s(), 2.2);
   follow(*parse_wish(R"({"step": -1})"), 10, position);
   EXPECT_EQ(position.t_s(), 1);
-  follow(*parse_wish(R"({"speed": 4})"), 10, position);
+  // Two presses before the page has heard of the first are two.
+  follow(*parse_wish(R"({"faster": 1})"), 10, position);
+  follow(*parse_wish(R"({"faster": 1})"), 10, position);
   EXPECT_EQ(position.speed(), 4);
+  follow(*parse_wish(R"({"faster": -3})"), 10, position);
+  EXPECT_EQ(position.speed(), 0.5);
   follow(*parse_wish(R"({"play": true})"), 10, position);
   EXPECT_TRUE(position.is_playing());
 }
