@@ -70,10 +70,11 @@ int run(int argc, char** argv) {
                          "tubectl");
   program.set_version("tubectl " TUBED_VERSION);
   tubed::CommandLine app = program.command_line();
-  app.help_column(28).require_subcommand().footer(examples());
+  app.help_column(28).require_subcommand();
   for (const Verb& verb : kVerbs) {
     verb.add(app, exit_code).group(verb.heading).footer("Example:\n  " + std::string(verb.example));
   }
+  app.footer(examples());  // after the verbs, whose parts would have it, too
   try {
     return program.parse(argc, argv).value_or(exit_code);
   } catch (const std::exception& error) {

@@ -2,11 +2,11 @@
 """From a cable to a shape in an afternoon: a room whose numbers are all wrong is calibrated with tubectl's verbs alone,
 and then reconstructs a recording as well as with the true numbers."""
 import json
-import math
 import random
 import re
 
 import bed as beds
+import example_files
 from bed import check, say
 
 SEED = 3
@@ -63,28 +63,6 @@ def write_markers(bed, T_world_em):
     (bed.folder / "touched.csv").write_text("\n".join(touched) + "\n")
 
 
-def write_straight(bed, name, description, offsets_mm):
-    """Coils in a straight groove for 20 s, tip at (20, -10, -150) of the tracker's frame, noise 0.3 mm."""
-    folder = bed.folder / name
-    folder.mkdir()
-    (folder / "sequence.toml").write_text(description)
-    (folder / "frames.csv").write_text("frame,t_s,camera,file\n1,0.0,A,\n")
-    drawn = random.Random(SEED + 1)
-    along = [0.6, 0.0, -0.8]  # away from the tip
-    rows = ["t_s,em_frame,sensor,status,x,y,z,tx,ty,tz,qw,qx,qy,qz,error"]
-    for k in range(800):
-        for sensor, s_mm in enumerate(offsets_mm, start=1):
-            p = [o + s_mm * a + drawn.gauss(0, 0.3) for o, a in zip((20, -10, -150), along)]
-            t = [-a + drawn.gauss(0, 0.003) for a in along]
-            size = math.sqrt(sum(x * x for x in t))
-            t = [x / size for x in t]
-            w = math.sqrt((1 + t[2]) / 2)
-            q = [w, -t[1] / (2 * w), t[0] / (2 * w), 0]
-            rows.append(f"{k / 40},{k},{sensor},OK," + ",".join(f"{x:.6f}" for x in p + t) + "," + ",".join(f"{x:.9f}" for x in q) + ",0.1")
-    (folder / "em.csv").write_text("\n".join(rows) + "\n")
-    return folder
-
-
 def rms_with(bed, folder, config, name):
     run(bed, "reconstruct", folder, "--config", config, "--out", bed.folder / f"{name}.csv", timeout_s=200)
     report = run(bed, "evaluate", folder, "--fused", bed.folder / f"{name}.csv", "--in-view", "--json", "-")
@@ -101,7 +79,8 @@ def an_afternoon_makes_a_room_as_good_as_its_true_numbers(bed):
     room.write_text(wrong_room(true_text))
     accept = ("--config", room, "--yes")
 
-    still = write_straight(bed, "still", (folder / "sequence.toml").read_text(), offsets_of(true_text))
+    still = bed.folder / "still"
+    example_files.write_still(still, (folder / "sequence.toml").read_text(), offsets_of(true_text), SEED + 1)
     run(bed, "calibrate", "noise", still, "--field-mm", "1.0", *accept)
     run(bed, "calibrate", "coils", still, "--tip", "20,-10,-150", *accept)
     write_markers(bed, matrix_of(true_text, "T_world_em"))

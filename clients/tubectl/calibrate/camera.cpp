@@ -200,6 +200,9 @@ CommandLine add_calibrate_camera(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
+  verb.footer(
+      "Example:\n  tubectl calibrate camera image-*.png --phantom phantom.toml --camera A --config "
+      "/etc/tubed/tubed.toml");
   verb.callback([options, &exit_code] { exit_code = saying_what_is_wrong(*options); });
   return verb;
 }

@@ -99,6 +99,7 @@ CommandLine add_calibrate_coils(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
+  verb.footer("Example:\n  tubectl calibrate coils still --tip 20,-10,-150 --config /etc/tubed/tubed.toml");
   verb.callback(
       [options, &exit_code] { exit_code = saying_bad_data([&] { return calibrate_straight(*options); }); });
   return verb;

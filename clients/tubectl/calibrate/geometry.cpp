@@ -66,6 +66,7 @@ CommandLine add_geometry(CommandLine app, int& exit_code) {
   xa.add_option("FILE", options->file, "DICOM file").required();
   xa.add_option("--camera", options->camera, "Its name in the configuration").required();
   add_accept_options(xa, options->accept);
+  xa.footer("Example:\n  tubectl geometry xa angiogram.dcm --camera A --out c-arm.toml");
   xa.callback([options, &exit_code] { exit_code = show_xa(*options); });
   return verb;
 }

@@ -112,6 +112,7 @@ CommandLine add_calibrate_noise(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
+  verb.footer("Example:\n  tubectl calibrate noise still --field-mm 1 --config /etc/tubed/tubed.toml");
   verb.callback(
       [options, &exit_code] { exit_code = saying_bad_data([&] { return calibrate_still(*options); }); });
   return verb;

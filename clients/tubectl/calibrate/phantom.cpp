@@ -83,6 +83,7 @@ CommandLine add_calibrate_phantom(CommandLine app, int& exit_code) {
                   "Expose it with a camera of this configuration, from where that stands and from around it");
   verb.add_option("--camera", options->camera, "Which; left out: the first");
   verb.add_flag("--mirrored", options->mirrored, "Images as seen from the detector");
+  verb.footer("Example:\n  tubectl calibrate phantom --config room.toml --camera A --out phantom");
   verb.callback(
       [options, &exit_code] { exit_code = saying_bad_data([&] { return write_phantom(*options); }); });
   return verb;

@@ -85,6 +85,7 @@ CommandLine add_calibrate_time(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
+  verb.footer("Example:\n  tubectl calibrate time to-and-fro --config /etc/tubed/tubed.toml");
   verb.callback([options, &exit_code] { exit_code = saying_bad_data([&] { return calibrate(*options); }); });
   return verb;
 }

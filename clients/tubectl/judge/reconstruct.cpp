@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -36,8 +37,9 @@ class Progress {
     ++validities_[std::string(name_of(estimate.validity))];
     count_reasons(estimate.reasons);
     if (live_ || done_ == total_) {
-      std::cerr << (live_ ? "\r" : "") << done_ << " of " << total_ << " instants, " << per_second()
-                << " a second   " << (done_ == total_ ? "\n" : "") << std::flush;
+      std::cerr << (live_ ? "\r" : "") << done_ << " of " << total_ << " instants, "
+                << std::lround(per_second()) << " a second" << (live_ ? "   " : "")
+                << (done_ == total_ ? "\n" : "") << std::flush;
     }
   }
   [[nodiscard]] double per_second() const { return static_cast<double>(done_) / std::max(seconds(), 1e-9); }

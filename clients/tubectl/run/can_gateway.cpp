@@ -261,9 +261,9 @@ CommandLine add_can_gateway(CommandLine app, int& exit_code) {
   CommandLine verb = app.add_subcommand(
       "can-gateway", "Read an NDI Aurora at a serial port and send its measurements on a CAN bus");
   verb.add_option("--serial", options->serial, "Port of the tracker");
-  verb.add_option(
-      "--can", options->interface,
-      "CAN interface, as can0; or the path of a socket to be made, for one receiver on this machine");
+  verb.add_option("--can", options->interface,
+                  "CAN interface, as can0; or the path, with a slash, of a socket to be made, for one "
+                  "receiver on this machine");
   verb.add_option("--layout", options->layout, "classic: frames of 8 bytes; fd: of 48, needs CAN FD")
       .is_member({"classic", "fd"})
       .capture_default_str();

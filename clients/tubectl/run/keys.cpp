@@ -170,6 +170,7 @@ CommandLine add_keys(CommandLine app, int& exit_code) {
   make.add_option("--room", arguments->room, "[dds] partition of the daemon; empty = the default partition");
   add_period(make, *arguments);
   CommandLine add = add_part(verb, "add", "Make keys for one more program", arguments, exit_code, run_add);
+  add.footer("Example:\n  tubectl keys add keys subscriber navigation");
   add.add_option("ROLE", arguments->role, "daemon publishes, subscriber only reads")
       .required()
       .is_member({"daemon", "subscriber"});
@@ -177,11 +178,13 @@ CommandLine add_keys(CommandLine app, int& exit_code) {
   add_period(add, *arguments);
   CommandLine renew =
       add_part(verb, "renew", "Make new keys in the place of old ones", arguments, exit_code, run_renew);
+  renew.footer("Example:\n  tubectl keys renew keys --days 365");
   renew.add_option("NAME", arguments->which, "This identity alone, or all of a role; left out = all");
   add_period(renew, *arguments);
   CommandLine show =
       add_part(verb, "show", "Say who has keys, for what and until when; exit 1 when one is unusable",
                arguments, exit_code, run_show);
+  show.footer("Example:\n  tubectl keys show keys");
   show.add_flag("--json", arguments->as_json, "JSON instead of lines");
   return verb;
 }

@@ -204,8 +204,32 @@ int write_results(const Demo& demo, const DemoOptions& options, const nlohmann::
 // Presets with a chest in the image take half a minute on a slow machine.
 constexpr std::chrono::minutes kMaxPreparation{3};
 
+/// How far it is: on a terminal a line that is written anew, elsewhere a line for each other text.
+class HeadlessProgress {
+ public:
+  void say(const std::string& words) {
+    if (words == said_) return;
+    said_ = words;
+    if (is_live_) {
+      std::cerr << "\r\033[K" << words << ' ' << std::flush;
+    } else {
+      std::cerr << words << '\n';
+    }
+  }
+  /// What comes next begins a line.
+  void end() {
+    if (is_live_) std::cerr << '\n';
+    said_.clear();
+  }
+
+ private:
+  bool is_live_ = isatty(STDERR_FILENO) == 1;
+  std::string said_;
+};
+
 /// Listens until the first VALID shape; nothing when it has come.
-std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& options) {
+std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& options,
+                                             HeadlessProgress& progress) {
   const auto began = steady_clock::now();
   while (demo.figures().samples() == 0 && steady_clock::now() < began + kMaxPreparation && interrupted == 0) {
     demo.listen(milliseconds(200));
@@ -213,14 +237,14 @@ std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& opti
       return ended;
     }
     const auto waited = std::chrono::duration_cast<std::chrono::seconds>(steady_clock::now() - began);
-    std::cerr << "\rpreparing preset " << options.preset << ": " << waited.count() << " s " << std::flush;
+    progress.say("preparing preset " + options.preset + ": " + std::to_string(waited.count()) + " s");
   }
-  std::cerr << "\r\033[K";
   return {};
 }
 
 int run_headless(Demo& demo, const DemoOptions& options) {
-  if (const auto ended = wait_for_a_shape(demo, options)) {
+  HeadlessProgress progress;
+  if (const auto ended = wait_for_a_shape(demo, options, progress)) {
     return say_ended(*ended);
   }
   const auto end = steady_clock::now() + std::chrono::duration<double>(options.headless_s);
@@ -230,9 +254,9 @@ int run_headless(Demo& demo, const DemoOptions& options) {
     if (const auto ended = demo.daemon().ended(kLastWords)) {
       return say_ended(*ended);
     }
-    std::cerr << "\r" << ++second << " s, " << demo.figures().samples() << " samples " << std::flush;
+    progress.say(std::to_string(++second) + " s, " + std::to_string(demo.figures().samples()) + " samples");
   }
-  std::cerr << '\n';
+  progress.end();
   const nlohmann::json report = demo.figures().summary();
   print_summary(report);
   if (demo.figures().samples() == 0) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "clients/cpp/topic_reader.hpp"
@@ -33,7 +34,8 @@ struct Reports {
   tubed_TubeStatus status{};
   tubed_TubeHealth before{};
   tubed_TubeHealth after{};
-  steady_clock::time_point heard{};
+  std::optional<steady_clock::time_point>
+      heard{};  ///< of its health; nothing: it has said no word of that yet
 };
 
 using ReportsByInstrument = std::map<std::string, Reports>;
@@ -44,28 +46,31 @@ class Watch {
       : status_(std::make_unique<TopicReader<tubed_TubeStatus>>(arguments.subscription)),
         health_(std::make_unique<TopicReader<tubed_TubeHealth>>(arguments.subscription)) {}
 
-  /// Takes what comes until a report of health has come, true, or the timeout is over.
+  /// Takes what comes until reports of health have come, true, or the timeout is over. Those of a daemon's
+  /// instruments come together: they are one picture.
   bool next() {
     const auto until = steady_clock::now() + kTimeout;
+    bool has_come = false;
     while (steady_clock::now() < until) {
       const tubed_TubeHealth* const health = health_->wait_for(milliseconds{50});
       take_status();
-      if (health != nullptr) {
-        Reports& reports = reports_[health->instrument_id];
-        reports.before = reports.after;
-        reports.after = *health;
-        reports.heard = steady_clock::now();
-        forget_replaced();
-        return true;
-      }
+      if (health == nullptr && has_come) break;
+      if (health == nullptr) continue;
+      Reports& reports = reports_[health->instrument_id];
+      reports.before = reports.after;
+      reports.after = *health;
+      reports.heard = steady_clock::now();
+      forget_replaced();
+      has_come = true;
     }
-    return false;
+    return has_come;
   }
 
   [[nodiscard]] std::string text() const {
     std::string text;
     for (const auto& [id, reports] : reports_) {
-      const bool is_silent = steady_clock::now() - reports.heard > kTimeout;
+      if (!reports.heard) continue;
+      const bool is_silent = steady_clock::now() - *reports.heard > kTimeout;
       text += is_silent ? id + "  SILENT: no report for more than 3 s\n"
                         : top_table(reports.status, reports.before, reports.after);
       text += "\n";
