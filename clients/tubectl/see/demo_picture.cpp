@@ -1,5 +1,6 @@
 #include "clients/tubectl/see/demo_picture.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -8,6 +9,7 @@
 
 #include "clients/cpp/centreline.hpp"
 #include "clients/svg/svg.hpp"
+#include "clients/tubectl/see/dashes.hpp"
 #include "idl/validity.hpp"
 
 namespace tubed {
@@ -17,8 +19,8 @@ namespace {
 constexpr int kPanelWidth = 380;
 constexpr int kPanelHeight = 600;
 constexpr int kPanelTop = 40;
-constexpr double kScale = 2.2;  // px a mm
-constexpr double kCentreDown_mm = 25;
+constexpr double kMaxScale = 2.2;  // px a mm
+constexpr double kMargin = 40;     // px around the tube
 constexpr double kTextSize = 15;
 
 constexpr const char* kPaper = "#0d1117";
@@ -29,14 +31,37 @@ constexpr const char* kCoilsAlone = "#f85149";
 constexpr const char* kFused = "#3fb950";
 constexpr const char* kCoils = "#58a6ff";
 
-/// One panel: world axis `across` to the right, y down.
+/// How the room is drawn: along the camera's axes, so large that the tube fits.
+struct Scale {
+  RigidTransform T_camera_world;
+  Eigen::Vector3d centre_mm;  // in the camera's frame
+  double px_per_mm;
+};
+
+Scale scale_for(const SampledCentreline& truth, const SampledCentreline& fused,
+                const RigidTransform& T_camera_world) {
+  Eigen::AlignedBox3d box;
+  for (const SampledCentreline* curve : {&truth, &fused}) {
+    for (Eigen::Index i = 0; i < curve->p_world_mm.cols(); ++i)
+      box.extend(T_camera_world * Eigen::Vector3d(curve->p_world_mm.col(i)));
+  }
+  const Eigen::Vector3d sizes_mm = box.sizes().cwiseMax(1.0);
+  const double across_mm = std::max(sizes_mm.x(), sizes_mm.z());
+  return {T_camera_world, box.center(),
+          std::min({kMaxScale, (kPanelWidth - 2 * kMargin) / across_mm,
+                    (kPanelHeight - 2 * kMargin) / sizes_mm.y()})};
+}
+
+/// One panel: the camera's axis `across` to the right, its y down.
 struct Panel {
   int across;
   int left;
   const char* title;
+  Scale scale;
   [[nodiscard]] SvgPoint at(const Eigen::Vector3d& p_world_mm) const {
-    return {left + kPanelWidth / 2.0 + p_world_mm[across] * kScale,
-            kPanelTop + kPanelHeight / 2.0 + (p_world_mm[1] - kCentreDown_mm) * kScale};
+    const Eigen::Vector3d p_mm = scale.T_camera_world * p_world_mm - scale.centre_mm;
+    return {left + kPanelWidth / 2.0 + p_mm[across] * scale.px_per_mm,
+            kPanelTop + kPanelHeight / 2.0 + p_mm.y() * scale.px_per_mm};
   }
 };
 
@@ -55,12 +80,25 @@ void draw_curve(Svg& svg, const Panel& panel, const SampledCentreline& curve, co
   svg.polyline(points, stroke);
 }
 
+/// What nothing holds is dashed.
+void draw_fused(Svg& svg, const Panel& panel, const tubed_TubeEstimate& fused,
+                const SampledCentreline& centreline) {
+  std::vector<SvgPoint> piece;
+  for (std::size_t i = 0; i < centreline.s_mm.size(); ++i) {
+    const bool is_drawn = is_drawn_at(fused, centreline.s_mm[i]);
+    if (is_drawn) piece.push_back(panel.at(centreline.p_world_mm.col(static_cast<Eigen::Index>(i))));
+    if (is_drawn && i + 1 < centreline.s_mm.size()) continue;
+    if (piece.size() > 1) svg.polyline(piece, {kFused, 1.6});
+    piece.clear();
+  }
+}
+
 void draw_sigma_band(Svg& svg, const Panel& panel, const tubed_TubeEstimate& fused,
                      const SampledCentreline& centreline) {
   for (std::size_t i = 0; i < centreline.s_mm.size(); i += 3) {
     const double s_mm = centreline.s_mm[i];
     const Vector3 p = tubed::point_at(fused, s_mm);
-    svg.disc(panel.at({p[0], p[1], p[2]}), sigma_mm_at(fused, s_mm) * kScale, kFused, 0.16);
+    svg.disc(panel.at({p[0], p[1], p[2]}), sigma_mm_at(fused, s_mm) * panel.scale.px_per_mm, kFused, 0.16);
   }
 }
 
@@ -80,11 +118,12 @@ void draw_panel(Svg& svg, const Panel& panel, const DemoFigures& figures, const 
   svg.begin_clip(corner, kPanelWidth, kPanelHeight);
   svg.rectangle(corner, kPanelWidth, kPanelHeight, "none", kPanelPaper);
   draw_sigma_band(svg, panel, fused, centreline);
-  draw_curve(svg, panel, figures.truth_at(fused.valid_time_monotonic_ns), {kTruth, 2.33 * kScale, 0.8});
+  draw_curve(svg, panel, figures.truth_at(fused.valid_time_monotonic_ns),
+             {kTruth, 2.33 * panel.scale.px_per_mm, 0.8});
   if (shapes.em) {
     draw_curve(svg, panel, DemoFigures::centreline_of(*shapes.em), {kCoilsAlone, 1.6});
   }
-  draw_curve(svg, panel, centreline, {kFused, 1.6});
+  draw_fused(svg, panel, fused, centreline);
   draw_coils(svg, panel, fused, centreline);
   svg.end_clip();
   svg.text({corner.x, 30}, panel.title, kTextSize, TextAnchor::kStart, kWords);
@@ -114,12 +153,18 @@ std::string demo_picture_svg(const DemoFigures& figures, const DemoShapes& shape
     return {};
   }
   Svg svg(790, 730, kPaper);
-  draw_panel(svg, {0, 10, "as the fluoroscope sees it"}, figures, shapes);
-  draw_panel(svg, {2, 400, "from the side: depth"}, figures, shapes);
+  const Scale scale =
+      scale_for(figures.truth_at(shapes.fused->valid_time_monotonic_ns),
+                DemoFigures::centreline_of(*shapes.fused), figures.camera().calibration().T_camera_world);
+  draw_panel(svg, {0, 10, "as the fluoroscope sees it", scale}, figures, shapes);
+  draw_panel(svg, {2, 400, "from the side: depth to the right", scale}, figures, shapes);
+  const double unheld = unheld_ratio(*shapes.fused);
   svg.text({10, 668},
            {{"truth (simulated)", kTruth},
             {"coils alone", kCoilsAlone},
-            {"coils and image, with one sigma", kFused},
+            {"fused, with one sigma" +
+                 (unheld > 0 ? format("; dashed: nothing holds it, %.0f %%", 100 * unheld) : ""),
+             kFused},
             {"coils", kCoils}},
            kTextSize);
   write_figures(svg, figures, *shapes.fused);

@@ -12,6 +12,7 @@
 #include <functional>
 
 #include "clients/cpp/centreline.hpp"
+#include "clients/tubectl/see/dashes.hpp"
 #include "clients/tubectl/see/terminal_canvas.hpp"
 #include "idl/estimate.hpp"
 #include "idl/validity.hpp"
@@ -112,10 +113,8 @@ void draw_tubes(Surface& surface, const Place& place, const DemoFigures& figures
     return;
   }
   const SampledCentreline centreline = DemoFigures::centreline_of(fused);
-  constexpr double kDash_mm = 8;
-  draw_curve(surface, place, centreline, colour_of(fused.validity), [&](double s_mm) {
-    return held_by_at(fused, s_mm) != 0 || std::fmod(s_mm, kDash_mm) < kDash_mm / 2;
-  });
+  draw_curve(surface, place, centreline, colour_of(fused.validity),
+             [&](double s_mm) { return is_drawn_at(fused, s_mm); });
   for (std::uint32_t i = 0; i < std::min<std::uint32_t>(fused.coil_count, kMaxCoils); ++i) {
     if (centreline.s_mm.empty()) break;
     const auto p = place(point_at(centreline, static_cast<double>(fused.coils[i].offset_from_tip_mm)));
