@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The memory of daemon, viewer and page while somebody looks for an hour. TUBED_MINUTES: how many instead of 60."""
+import contextlib
 import os
 import pathlib
 import time
@@ -20,7 +21,7 @@ def measured(window, daemon, viewer):
     window.driver.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
     heap = window.driver.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]
     return {"daemon": anonymous_kb(daemon.pid), "viewer": anonymous_kb(viewer.pid), "objects of the page": heap / 1024,
-            "browser": sum(map(proportional_kb, processes_of(window.profile)))}
+            "browser": sum(map(proportional_kb, processes_of(window.driver.service.process.pid)))}
 
 
 def anonymous_kb(pid):
@@ -28,14 +29,16 @@ def anonymous_kb(pid):
         return next(int(line.split()[1]) for line in lines if line.startswith("RssAnon:"))
 
 
-def processes_of(home):
-    """Process ids of the browser that was started with this HOME, and of all that it started."""
-    for folder in pathlib.Path("/proc").glob("[0-9]*"):
-        try:
-            if f"HOME={home}".encode() in (folder / "environ").read_bytes().split(b"\0"):
-                yield int(folder.name)
-        except OSError:
-            pass  # it has ended
+def processes_of(first):
+    """Process ids of a process and of all that it started, whichever of its threads did."""
+    parents = {}
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has ended
+            parents[int(stat.parent.name)] = int(stat.read_text(encoding="ascii").rpartition(")")[2].split()[1])
+    found = {first}
+    while more := {pid for pid, parent in parents.items() if parent in found} - found:
+        found |= more
+    return found
 
 
 def proportional_kb(pid):
