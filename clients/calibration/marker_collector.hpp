@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 #include "clients/calibration/probe_pose.hpp"
 
 namespace tubed {

@@ -13,7 +13,7 @@
 
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"
-#include "drivers/replay/sequence_error.hpp"
+#include "drivers/csv/sequence_error.hpp"
 
 namespace tubed {
 
