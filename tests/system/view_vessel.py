@@ -9,6 +9,7 @@ import time
 
 import bed as beds
 import browser as browsers
+import recording_view as recordings
 import view
 import view_client as client
 import vtp_files as vtp
@@ -77,7 +78,8 @@ def every_encoding_of_a_vessel_is_read_as_the_same_triangles(bed):
     for name, data in (("binary", vtp.stl(wanted)), ("text", vtp.text_stl(wanted))):
         check(triangles_in(read_in(window, [("stl", data)])[0]) == wanted, f"{name} STL: the triangles differ")
     say(f"{len(cases)} files of {len(wanted)} triangles are the same")
-    check(not window.errors(), f"the console has errors: {window.errors()}")
+    errors = window.errors()
+    check(not errors, f"the console has errors: {errors}")
 
 
 def a_vessel_is_shown_and_turned_to_the_axes_of_the_world(bed):
@@ -143,6 +145,7 @@ def broken_files():
         yield f"a trillion {name}", "vtp", data[:begin] + b"1000000000000" + data[data.index(b'"', begin):], "coarser surface"
     yield "a number too few", "vtp", replaced(made(text), b"7 14 18", b"7 14"), "expected 9"
     yield "no connectivity", "vtp", made(text).replace(b'Name="connectivity"', b'Name="other"'), "are missing"
+    yield "a word of a megabyte", "vtp", replaced(made(text), b"7 14 18", b"7 " + b"1" * (1 << 23)), "expected 9"
     yield "a type that there is not", "vtp", made(text).replace(b'type="Float32" Name="Points"', b'type="Float16" Name="Points"'), "Float16, which is not read"
     yield "points of two coordinates", "vtp", replaced(made(text), b'NumberOfComponents="3"', b'NumberOfComponents="2"'), "expected 3"
     yield "a format that there is not", "vtp", made(text).replace(b'format="ascii"', b'format="hdf"'), "expected ascii, binary or appended"
@@ -156,7 +159,7 @@ def broken_files():
     yield "STL of a billion triangles", "stl", vtp.stl(triangles)[:80] + b"\xff\xff\xff\x3f" + vtp.stl(triangles)[84:], "ends too early"
     yield "STL with what is no number", "stl", vtp.stl([((1, 2, math.nan), (0, 0, 0), (1, 1, 1))]), "triangle 1 has"
     yield "STL of text cut off", "stl", vtp.text_stl(triangles)[:-200], "endsolid"
-    yield "STL of text with a word", "stl", vtp.text_stl(triangles).replace(b"vertex 3.25", b"vertex x", 1), "no finite number"
+    yield "STL of text with a word", "stl", re.sub(rb"vertex \S+", b"vertex x", vtp.text_stl(triangles), count=1), "no finite number"
     yield "STL of nothing", "stl", b"solid \nendsolid\n", "no triangle"
 
 
@@ -196,7 +199,9 @@ def what_is_wrong_with_a_vessel_is_told_in_words(bed):
     refused = sum("words" in answer for answer in answers)
     say(f"of {len(answers)} files with damaged bytes {refused} are refused")
     check(200 < refused < 600, "the damage does nothing, or everything")
-    check(not window.errors(), f"the console has errors: {window.errors()}")
+    # What Chromium puts into a document that is no XML has a style, which the page's policy refuses.
+    errors = [words for words in window.errors() if "inline style" not in words]
+    check(not errors, f"the console has errors: {errors}")
 
 
 def damaged(data, rng):
@@ -339,8 +344,18 @@ def of_many_points_those_near_the_pointer_are_named(bed):
         check(window.run(hover, *place) == [f"M{i}"], f"beside the pointer stands {window.run(hover, *place)}, expected M{i}")
 
 
+def a_recording_has_its_vessel_and_points(bed):
+    folder = recordings.recorded(bed)
+    recordings.shown(bed, folder, "--vessel", in_file(bed, "aorta.vtp", vtp.Writer(vtp.Encoding("binary")).write(vtp.prism())),
+                     "--points", in_file(bed, "points.csv", b"name,x,y,z\nM1,1,2,3\n"))
+    window = recordings.page(bed)
+    check(window.wait("tubedView.now().room.vessel", "the vessel", 10)["triangles"] == 24, "another vessel")
+    points = window.run("return tubedView.now().room.points;")
+    check(points == [{"name": "M1", "p": [1, 2, 3]}], f"the points are {points}")
+
+
 if __name__ == "__main__":
     beds.main(every_encoding_of_a_vessel_is_read_as_the_same_triangles, a_vessel_is_shown_and_turned_to_the_axes_of_the_world,
               what_is_wrong_with_a_vessel_is_told_in_words, what_is_no_vessel_and_no_points_is_refused_at_the_start,
               a_vessel_that_cannot_be_read_stops_nothing_and_a_large_one_neither, registration_points_are_drawn_where_they_project,
-              of_many_points_those_near_the_pointer_are_named)
+              of_many_points_those_near_the_pointer_are_named, a_recording_has_its_vessel_and_points)

@@ -2,6 +2,7 @@
 and by nothing of the page that reads them."""
 import base64
 import collections
+import itertools
 import math
 import struct
 import zlib
@@ -18,7 +19,7 @@ def prism():
     ring = lambda z, r: [(r * math.cos(2 * math.pi * k / sides) + 3.25, r * math.sin(2 * math.pi * k / sides) - 41.5, z) for k in range(sides)]
     polys = [list(range(sides))[::-1], list(range(sides, 2 * sides))]
     polys += [[k, (k + 1) % sides, sides + (k + 1) % sides, sides + k] for k in range(sides)]
-    return Surface(ring(-20.125, 11), polys, []) ._replace(points=ring(-20.125, 11) + ring(33.5, 14))
+    return Surface(ring(-20.125, 11) + ring(33.5, 14), polys, [])
 
 
 def prism_of_strips():
@@ -73,7 +74,7 @@ class Writer:
                 f'<Points>{self.array(self.encoding.points, "Points", points, 3)}</Points>\n{cells}</Piece>\n')
 
     def cells(self, cells):
-        ends = [sum(map(len, cells[:i + 1])) for i in range(len(cells))]
+        ends = list(itertools.accumulate(map(len, cells)))
         kind = self.encoding.indices
         return self.array(kind, "connectivity", [index for cell in cells for index in cell]) + self.array(kind, "offsets", ends)
 

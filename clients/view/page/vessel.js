@@ -51,7 +51,7 @@ async function corners_of_binary(view, count, pause) {
 
 async function corners_of_text(text, pause) {
   const corners = [];
-  for (const match of text.matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/g)) {
+  for (const match of text.matchAll(/vertex\s{1,9}(\S{1,40})\s{1,9}(\S{1,40})\s{1,9}(\S{1,40})/g)) {
     if (corners.push(+match[1], +match[2], +match[3]) > 9 * MAX_TRIANGLES) throw too_many(`more than ${MAX_TRIANGLES}`);
     if (!(corners.length % 30000)) await pause();
   }

@@ -3,7 +3,7 @@
 import {base64_source, bytes_source} from "./byte_source.js";
 import {inflate} from "./inflate.js";
 
-const LONG_TEXT = />([^<>]{512,})</g;  // kept out of the document: a file has 64 MB of it
+const LONG_TEXT = 512;  // letters: kept out of the document, for a file has 64 MB of them
 const SIZES = {Int8: 1, UInt8: 1, Int16: 2, UInt16: 2, Int32: 4, UInt32: 4, Int64: 8, UInt64: 8, Float32: 4, Float64: 8};
 const LIBRARIES = {vtkLZ4DataCompressor: "LZ4", vtkLZMADataCompressor: "LZMA"};
 const ZLIB = "vtkZLibDataCompressor";
@@ -58,9 +58,8 @@ function open_file(bytes) {
   const text = new TextDecoder("latin1").decode(bytes);  // one letter a byte
   const tag = /<AppendedData\b[^>]*>/.exec(text);
   const is_raw = tag !== null && /encoding\s*=\s*["']raw["']/.test(tag[0]);
-  const texts = [];
-  const skeleton = (is_raw ? `${text.slice(0, tag.index + tag[0].length)}</AppendedData></VTKFile>` : text)
-    .replace(/^[^<]*/, "").replace(LONG_TEXT, (_, long) => `>@${texts.push(long) - 1}@<`);
+  const texts = [], whole = is_raw ? `${text.slice(0, tag.index + tag[0].length)}</AppendedData></VTKFile>` : text;
+  const skeleton = without_long_texts(whole.slice(Math.max(whole.indexOf("<"), 0)), texts);
   const root = new DOMParser().parseFromString(skeleton, "text/xml").documentElement;
   const trouble = root.nodeName === "parsererror" ? root : root.querySelector("parsererror");
   if (trouble) throw new Error("it is no complete XML; was it cut off while it was written?");
@@ -69,6 +68,17 @@ function open_file(bytes) {
                 header_bytes: root.getAttribute("header_type") === "UInt64" ? 8 : 4, compressor: root.getAttribute("compressor") ?? ""};
   if (tag) file.appended = appended(bytes, text, tag, is_raw);
   return file;
+}
+
+// Long texts between tags go to `texts`; in their places stand their numbers.
+function without_long_texts(document, texts) {
+  let kept = "", at = 0;
+  for (let end = 0, begin; (begin = document.indexOf(">", end) + 1) > 0 && (end = document.indexOf("<", begin)) > 0;) {
+    if (end - begin < LONG_TEXT) continue;
+    kept += `${document.slice(at, begin)}@${texts.push(document.slice(begin, end)) - 1}@`;
+    at = end;
+  }
+  return kept + document.slice(at);
 }
 
 function check_root(root) {
@@ -124,7 +134,7 @@ const text_of = ({texts}, element) => [...element.childNodes].filter(({nodeType}
 async function ascii_numbers(text, count, what, pause) {
   const numbers = new Float64Array(count);
   let i = 0;
-  for (const [word] of text.matchAll(/\S+/g)) {
+  for (const [word] of text.matchAll(/\S{1,40}/g)) {
     if (i < count) numbers[i] = Number(word);
     if (!(++i & 0x3fff)) await pause();
   }
