@@ -247,22 +247,25 @@ def a_vessel_that_cannot_be_read_stops_nothing_and_a_large_one_neither(bed):
     check(said.startswith("vessel broken.vtp: ") and "names point 77" in said, f"the page says: {said}")
     box = window.run("const b = document.querySelector('#room-trouble').getBoundingClientRect(); return [b.width, b.height];")
     check(min(box) > 10, f"what is wrong is not to be seen: {box}")
-    before = window.run("return tubedView.counts.paints;")
+    look = "const {paints, estimates} = tubedView.counts; return {paints, estimates};"
+    before = window.run(look)
     time.sleep(2)
-    after = window.run("return {paints: tubedView.counts.paints, class: tubedView.now().class};")
-    check(after["paints"] - before > 10 and after["class"] == "valid", f"{after['paints'] - before} paints in 2 s, {after['class']}")
+    after = window.run(look)
+    check(all(after[what] - before[what] > 10 for what in after), f"in 2 s the counts go from {before} to {after}")
+    window.wait("document.body.classList.contains('valid')", "a VALID shape beside what is told", 20)
     process.terminate()
     process.wait(10)
     data = vtp.Writer(vtp.Encoding("appended base64", True, block_bytes=32768)).write(large_sphere())
     view.view(bed, "--vessel", in_file(bed, "large.vtp", data))
+    window.run("let before = performance.now(); window.held_up = 0; setInterval(() => { const now = performance.now(); "
+               "window.held_up = Math.max(window.held_up, now - before); before = now; }, 5);")
     began = time.monotonic()
-    window.wait("document.body.classList.contains('valid')", "a shape after the viewer's next start", 15)
-    since = window.run("return performance.now();")
-    shown = window.wait("tubedView.now().room.vessel", "the large vessel", 40)
-    states = [state for state in window.run("return tubedView.counts.states;") if state["at"] > since]
-    say(f"{shown['triangles']} triangles of {len(data) / 1e6:.1f} MB are there after {time.monotonic() - began:.1f} s; meanwhile {[state['word'] for state in states]}")
+    shown = window.wait("tubedView.now().room.vessel", "the large vessel", 60)
+    held_up = window.run("return window.held_up;")
+    say(f"{shown['triangles']} triangles of {len(data) / 1e6:.1f} MB are there after {time.monotonic() - began:.1f} s; the page's timers waited {held_up:.0f} ms at most")
     check(shown["triangles"] == 2 * 399 * 500 and not window.run("return tubedView.now().room.trouble;"), f"shown is {shown}")
-    check_timing(not [state for state in states if state["class"] == "none"], f"the page had no shape while it read the vessel: {states}")
+    # Reading in one go takes seconds. A shape is none after 250 ms, and a frame of this room takes up to 150 ms without a graphics card.
+    check_timing(held_up < 800, f"reading the vessel held the page up for {held_up:.0f} ms")
 
 
 # Drawn and taken in one task, before the browser clears what it has shown. A busy page leaves the room out of some frames.
@@ -309,7 +312,7 @@ def registration_points_are_drawn_where_they_project(bed):
     marks = blue(view.pixels_of(room["png"]))
     for name, p in POINTS.items():
         place = projected(room, p)
-        mine = near(marks, (place[0] - 0.5, place[1] - 0.5), 14)
+        mine = near(marks, (place[0] - 0.5, place[1] - 0.5), 18)
         check(len(mine) > 12, f"{name}: {len(mine)} pixels of its cross around {place}")
         if name == "apex":
             continue  # whose line to where it was touched is there too
@@ -321,7 +324,7 @@ def registration_points_are_drawn_where_they_project(bed):
     labels = {label["name"]: label for label in room["labels"]}
     check(set(labels) == set(POINTS) and labels["apex"]["words"] == "apex, 16.3 mm" and labels["far"]["words"] == "far", f"the names are {labels}")
     check(math.dist(labels["far"]["place"], projected(room, POINTS["far"])) < 0.6, f"the name of far stands at {labels['far']['place']}")
-    check("4 registration points" in window.run("return document.querySelector('#room-caption').textContent;"), "the caption does not count them")
+    check("; 4 points" in window.run("return document.querySelector('#room-caption').textContent;"), "the caption does not count them")
     check("registration point" in window.run("return document.querySelector('#legend').textContent;"), "the legend does not name them")
     room = window.run(ROOM_PICTURE, ["p"])
     check(not blue(view.pixels_of(room["png"])) and not room["labels"], "key p does not hide the points")

@@ -14,7 +14,7 @@ export function make_legend(list, seen) {
     seen.coils && ["coil", svg('<circle cx="13" cy="6" r="4" fill="none" stroke="#fff" stroke-width="1.6"/>')],
     seen.coils && ["coil not used", svg(`<path d="M9 2l8 8m0-8l-8 8" stroke="${COLOURS.questionable}" stroke-width="1.8"/>`)],
     seen.points && ["registration point", svg(`<path d="M13 0v12M7 6h12M9.5 8.5l7-5" stroke="${POINT_COLOUR}" stroke-width="1.8"/>`)],
-    seen.touched && ["from there to where it was touched", svg(`<path d="M4 6h15" stroke="${POINT_COLOUR}" stroke-width="1.6"/><circle cx="21" cy="6" r="2.6" fill="${POINT_COLOUR}"/>`)],
+    seen.touched && ["where it was touched", svg(`<path d="M4 6h15" stroke="${POINT_COLOUR}" stroke-width="1.6"/><circle cx="21" cy="6" r="2.6" fill="${POINT_COLOUR}"/>`)],
   ];
   list.replaceChildren(...rows.filter(Boolean).map(([words, picture]) => {
     const row = document.createElement("li");

@@ -3,8 +3,8 @@ import {add, scale, sub, unit} from "./math.js";
 import {append, empty, rgb, tube} from "./mesh.js";
 
 export const POINT_COLOUR = "#7cc0ff";
-const ARM_MM = 4;
-const ARM_RADIUS_MM = 0.55;
+const ARM_MM = 6;
+const ARM_RADIUS_MM = 0.7;
 const TOUCH_RADIUS_MM = 1.3;
 const AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 

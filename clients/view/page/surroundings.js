@@ -62,7 +62,7 @@ export class Surroundings {
     this.changed();
   }
 
-  words() { return this.points.length ? `; ${this.points.length} registration point${this.points.length > 1 ? "s" : ""}` : ""; }
+  words() { return this.points.length ? `; ${this.points.length} point${this.points.length > 1 ? "s" : ""}` : ""; }
 
   bounds() {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], {positions} = this.shown;
