@@ -108,7 +108,7 @@ export class Room {
 
   set_vessel({positions, normals}) {
     const colour = new Float32Array((positions.length / 3) * 4);
-    for (let i = 0; i < colour.length; i += 4) colour.set([0.62, 0.72, 0.85, 0.3], i);
+    for (let i = 0; i < colour.length; i += 4) [colour[i], colour[i + 1], colour[i + 2], colour[i + 3]] = [0.62, 0.72, 0.85, 0.3];
     this.vessel.fill({position: positions, normal: normals, colour});
   }
 

@@ -40,7 +40,7 @@ export class Surroundings {
       if (this.loaded !== wanted) return;  // another one came meanwhile
       this.vessel = read;
       this.show();
-      const extent = Math.max(...this.bounds().high.map((high, axis) => high - this.bounds().low[axis]));
+      const {low, high} = this.shown, extent = Math.max(...high.map((value, axis) => value - low[axis]));
       if (extent < SMALL_MM) this.say(`vessel ${vessel.name}: it is ${extent.toPrecision(2)} mm large; are its numbers metres? Expected are mm`);
     } catch (error) {
       if (!this.loaded || this.loaded === wanted) this.say(`vessel ${vessel.name}: ${error.message}`);
@@ -52,7 +52,8 @@ export class Surroundings {
     const {positions, normals, axes} = this.vessel;
     const is_turned = Boolean(axes && this.axes && axes !== this.axes);
     const along = (values) => (is_turned ? values.map((value, i) => (i % 3 < 2 ? -value : value)) : values);
-    this.shown = {positions: along(positions), is_turned};
+    const turned = along(positions);
+    this.shown = {positions: turned, is_turned, ...bounds_of(turned)};
     this.room.set_vessel({positions: this.shown.positions, normals: along(normals)});
     this.changed();
   }
@@ -64,19 +65,20 @@ export class Surroundings {
 
   words() { return this.points.length ? `; ${this.points.length} point${this.points.length > 1 ? "s" : ""}` : ""; }
 
-  bounds() {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], {positions} = this.shown;
-    for (let i = 0; i < positions.length; ++i) {
-      low[i % 3] = Math.min(low[i % 3], positions[i]);
-      high[i % 3] = Math.max(high[i % 3], positions[i]);
-    }
-    return {low, high};
-  }
-
   // For tests and for whoever opens the console.
   triangles() { return this.shown ? [...this.shown.positions] : []; }
   now() {
-    const vessel = this.vessel && {triangles: this.shown.positions.length / 9, is_turned: this.shown.is_turned, ...this.bounds()};
+    const vessel = this.vessel && {triangles: this.shown.positions.length / 9, is_turned: this.shown.is_turned, low: this.shown.low, high: this.shown.high};
     return {vessel, trouble: this.trouble.textContent, points: this.points};
   }
+}
+
+function bounds_of(positions) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; ++i) {
+    const axis = i % 3;
+    if (positions[i] < low[axis]) low[axis] = positions[i];
+    if (positions[i] > high[axis]) high[axis] = positions[i];
+  }
+  return {low, high};
 }

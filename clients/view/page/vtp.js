@@ -204,11 +204,14 @@ async function read_piece(file, piece, left, max_triangles) {
   const triangles = [];
   for (const [name, cut] of [["Polys", fan], ["Strips", strip]]) {
     const cells = await read_cells(file, piece, name, counts[name], counts.Points, 3 * max_triangles);
-    each_cell(cells, (begin, end) => cut(cells.connectivity, begin, end, triangles));
+    await each_cell(cells, (begin, end) => cut(cells.connectivity, begin, end, triangles), file.pause);
     if (triangles.length > 3 * left) throw new Error(`it has more than ${max_triangles} triangles, which is the most that is shown: make a coarser surface`);
   }
   const corners = new Float32Array(3 * triangles.length);
-  triangles.forEach((index, i) => { for (let k = 0; k < 3; ++k) corners[3 * i + k] = points[3 * index + k]; });
+  for (let i = 0; i < triangles.length; ++i) {
+    for (let k = 0; k < 3; ++k) corners[3 * i + k] = points[3 * triangles[i] + k];
+    if (!(i & 0xffff)) await file.pause();
+  }
   return corners;
 }
 
@@ -226,9 +229,13 @@ async function read_cells(file, piece, name, count, point_count, max_corners) {
   return {connectivity, offsets};
 }
 
-function each_cell({offsets}, take_cell) {
+async function each_cell({offsets}, take_cell, pause) {
   let begin = 0;
-  for (const end of offsets) { take_cell(begin, end); begin = end; }
+  for (let i = 0; i < offsets.length; ++i) {
+    take_cell(begin, offsets[i]);
+    begin = offsets[i];
+    if (!(i & 0x3fff)) await pause();
+  }
 }
 
 function fan(corners, begin, end, triangles) {
