@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "clients/calibration/coil_rest.hpp"
-#include "drivers/replay/csv_reader.hpp"
+#include "drivers/csv/csv_reader.hpp"
 
 namespace tubed {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/calibration/marker_file.hpp"
 #include "clients/calibration/probe_pose.hpp"
+#include "clients/markers/marker_file.hpp"
 
 namespace tubed {
 

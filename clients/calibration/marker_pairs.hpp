@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 
 namespace tubed {
 

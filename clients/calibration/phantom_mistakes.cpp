@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "clients/calibration/formatted.hpp"
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 
 namespace tubed {
 

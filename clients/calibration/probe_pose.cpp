@@ -5,8 +5,8 @@
 #include <set>
 #include <string>
 
-#include "clients/calibration/marker_file.hpp"
-#include "drivers/replay/csv_reader.hpp"
+#include "clients/markers/marker_file.hpp"
+#include "drivers/csv/csv_reader.hpp"
 #include "idl/geometry/rigid_transform.hpp"
 
 namespace tubed {

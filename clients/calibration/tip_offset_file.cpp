@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "clients/calibration/formatted.hpp"
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 
 namespace tubed {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/replay/csv_reader.hpp"
+#include "drivers/csv/csv_reader.hpp"
 
 namespace tubed {
 

@@ -80,6 +80,7 @@ Playback::Playback(ConfiguredSequence run, WebServerSettings server)
       id_(run_.sequence.room.instruments.front().id),
       shapes_(run_),
       position_(times_of(shapes_.instants())),
+      files_(server.files),
       server_(std::move(server), [this](std::string_view words) { hear(words); }) {
   line_.name = std::filesystem::absolute(run_.sequence.folder).lexically_normal().filename().string();
   line_.times_s = times_of(shapes_.instants());
@@ -199,6 +200,7 @@ void Playback::show_position(double now_s) {
 
 void Playback::show_room() {
   RoomKnowledge known;
+  known.files = files_;
   const RoomDescription& room = run_.sequence.room;
   InstrumentDescription instrument = room.instruments.front();
   to_wire(identity_of(room, instrument, run_.estimator.mode), known.identities[id_]);

@@ -73,6 +73,7 @@ class Playback {
   PlayedShapes shapes_;
   TimeLine line_;
   RecordingPosition position_;
+  RoomFiles files_;
   std::deque<View> views_;
   PlayedInstant instant_{};
   Sent shape_sent_;

@@ -18,7 +18,6 @@ constexpr std::size_t kMaxWaiting = 64;
 constexpr std::uint32_t kMaxHeadBytes = 8192;
 constexpr std::chrono::seconds kRequestTimeout{5};
 constexpr std::string_view kStream = "/stream";
-constexpr std::string_view kVessel = "/vessel.stl";
 // Nothing of another origin, no script or style within the document, in no frame.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
@@ -73,7 +72,9 @@ Answer answer_to(const RequestHead& head, const Desk& desk) {
     return answer;
   }
   const std::string_view path = path_of(head.target);
-  if (path == kVessel && !desk.vessel.empty()) return answer_with(200, "model/stl", desk.vessel);
+  if (path == desk.vessel_path && !desk.vessel.empty()) {
+    return answer_with(200, "application/octet-stream", desk.vessel);
+  }
   const PageFile* const file = find_page_file(path);
   return file == nullptr ? answer_with(404, "text/plain; charset=utf-8", "there is /\n")
                          : answer_with(200, file->type, file->body);

@@ -27,7 +27,8 @@ class Tab;
 /// What connections share; of the thread that serves.
 struct Desk {
   Access access;
-  std::string vessel;
+  std::string vessel;       ///< bytes; empty: there is none
+  std::string vessel_path;  ///< under which it is served
   std::function<void(std::string_view)> heard;
   std::map<std::string, SharedMessage> room;  ///< what a new tab is told first
   std::vector<Tab*> tabs;

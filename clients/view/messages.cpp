@@ -125,12 +125,55 @@ json latency_json(const tubed_TubeEstimate& estimate) {
                   : json();
 }
 
+MarkerAxes world_axes_of(const RoomKnowledge& room) {
+  for (const auto& [id, identity] : room.identities) {
+    for (const MarkerAxes axes : {MarkerAxes::kLps, MarkerAxes::kRas}) {
+      if (identity.world_axes == name_of(axes)) return axes;
+    }
+  }
+  return MarkerAxes::kAsWritten;
+}
+
+json point_json(const double* p_mm) {
+  return {micrometres(p_mm[0]), micrometres(p_mm[1]), micrometres(p_mm[2])};
+}
+
+/// Where the marker of that name was touched, in the world; null: nowhere, or no registration is known.
+json touched_json(const RoomKnowledge& room, const std::string& name) {
+  const std::vector<Marker>& touched = room.files.touched.markers;
+  const auto found =
+      std::find_if(touched.begin(), touched.end(), [&](const Marker& marker) { return marker.name == name; });
+  if (found == touched.end() || room.identities.empty()) return {};
+  using Transform = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  const Eigen::Map<const Transform> T_world_em(room.identities.begin()->second.T_world_em);
+  const Eigen::Vector3d p_world_mm =
+      T_world_em.topLeftCorner<3, 3>() * found->p_mm + T_world_em.topRightCorner<3, 1>();
+  return point_json(p_world_mm.data());
+}
+
+void add_files(const RoomKnowledge& room, json& object) {
+  const VesselNote& vessel = room.files.vessel;
+  const MarkerAxes axes = world_axes_of(room);
+  object["vessel"] =
+      vessel.kind.empty()
+          ? json()
+          : json{{"name", printable_text(vessel.name)}, {"kind", vessel.kind}, {"size", vessel.size}};
+  object["axes"] = axes == MarkerAxes::kAsWritten ? "" : name_of(axes);
+  json& points = object["points"] = json::array();
+  for (const Marker& marker : along(room.files.points, axes).markers) {
+    points.push_back({{"name", printable_text(marker.name)}, {"p", point_json(marker.p_mm.data())}});
+    if (json touched = touched_json(room, marker.name); !touched.is_null()) {
+      points.back()["touched"] = std::move(touched);
+    }
+  }
+}
+
 }  // namespace
 
 json room_json(const RoomKnowledge& room) {
   json object{{"type", "room"},           {"version", TUBED_VERSION}, {"instruments", json::array()},
               {"cameras", json::array()}, {"stages", json::object()}, {"images", room.image_cameras},
-              {"demo", json::array()},    {"vessel", room.has_vessel}};
+              {"demo", json::array()}};
   std::map<std::string, json> cameras;
   for (const auto& [id, identity] : room.identities) {
     object["instruments"].push_back(instrument_json(identity));
@@ -147,6 +190,7 @@ json room_json(const RoomKnowledge& room) {
   for (const DemoCommand& command : room.demo_commands) {
     object["demo"].push_back({{"name", command.name}, {"label", command.label}});
   }
+  add_files(room, object);
   return object;
 }
 

@@ -11,6 +11,7 @@
 #include "TubeEstimate.h"
 #include "TubeIdentity.h"
 #include "TubeStatus.h"
+#include "clients/view/room_files.hpp"
 
 namespace tubed {
 
@@ -33,12 +34,15 @@ struct RoomKnowledge {
   std::map<std::string, tubed_TubeStatus> statuses;      ///< by instrument
   std::vector<std::string> image_cameras;                ///< whose images this process shows
   std::vector<DemoCommand> demo_commands;                ///< empty unless a demonstration runs
-  bool has_vessel = false;
+  RoomFiles files;                                       ///< that this process was given
 };
 
 /// {"type": "room", "instruments": [...], "cameras": [...], "stages": [...], ...}. Matrices row by row, mm. A
 /// camera is there once, as the newest identity has it; "cameras" of an instrument are the names that the
-/// views of its estimates count.
+/// views of its estimates count. "vessel": {"name", "kind", "size"} or null; "axes": "LPS" or "RAS" where an
+/// instrument says which the world has, else ""; "points": [{"name", "p": mm in the world, "touched": where
+/// it was touched, by the registration of the first instrument}], along the world's axes where they and the
+/// file's are known.
 nlohmann::json room_json(const RoomKnowledge& room);
 
 /// {"type": "estimate", ...} of one shape. `received_ns`: CLOCK_MONOTONIC of this host, when it came; the

@@ -127,8 +127,14 @@ def two_of_each(bed, folder):
     window.close()
     viewer.kill()
     viewer.wait()
-    (bed.folder / "vessel.stl").write_bytes(tube_stl([points[i:i + 3] for i in range(0, len(points), 12)], 11))
-    viewer = subprocess.Popen([bed.program("tubed-view"), "--images", str(bed.folder), "--vessel", str(bed.folder / "vessel.stl")],
+    line = [points[i:i + 3] for i in range(0, len(points), 12)]
+    (bed.folder / "vessel.stl").write_bytes(tube_stl(line, 11))
+    markers = markers_around(line)
+    for name, shift in (("points", 0), ("touched", 1)):
+        (bed.folder / f"{name}.csv").write_text("name,x,y,z\n" + "".join(
+            f"M{i + 1},{x + shift * (i % 3)},{y - shift * (i % 2)},{z + shift * 0.7}\n" for i, (x, y, z) in enumerate(markers)))
+    viewer = subprocess.Popen([bed.program("tubed-view"), "--images", str(bed.folder), "--vessel", str(bed.folder / "vessel.stl"),
+                               "--points", str(bed.folder / "points.csv"), "--touched", str(bed.folder / "touched.csv")],
                               stderr=subprocess.DEVNULL, preexec_fn=calm.die_with_parent)
     bed.closing.callback(lambda: (viewer.kill(), viewer.wait()))
     window = opened(bed)
@@ -156,6 +162,14 @@ def recording(bed, folder):
     window.picture(folder / "recording.png")
     save(folder / "recording.png", (folder / "recording.png").read_bytes())
     beds.say("recording.png")
+
+
+def markers_around(line):
+    """Ten, as on the skin around the vessel: the tracker's frame is the world's in this room."""
+    low, high = ([pick(p[axis] for p in line) for axis in range(3)] for pick in (min, max))
+    middle, half = [(a + b) / 2 for a, b in zip(low, high)], [max((b - a) / 2, 30) for a, b in zip(low, high)]
+    ring = [(math.cos(2 * math.pi * k / 10), math.sin(2 * math.pi * k / 10), (-1) ** k) for k in range(10)]
+    return [[m + h * share for m, h, share in zip(middle, half, place)] for place in ring]
 
 
 def tube_stl(points, radius, sides=24):

@@ -1,26 +1,14 @@
 #include "clients/view/server_options.hpp"
 
-#include <fstream>
 #include <stdexcept>
+
+#include "clients/view/bounded_file.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr std::size_t kMaxVesselBytes = std::size_t{64} << 20U;
 constexpr std::size_t kMinTokenLetters = 16;
-
-std::string content_of(const std::string& file, std::size_t max_bytes) {
-  std::ifstream in(file, std::ios::binary);
-  std::string content(max_bytes + 1, '\0');
-  in.read(content.data(), static_cast<std::streamsize>(content.size()));
-  content.resize(static_cast<std::size_t>(in.gcount()));
-  if (content.empty()) throw std::invalid_argument("cannot read " + file + ", or it is empty");
-  if (content.size() > max_bytes) {
-    throw std::invalid_argument(file + " has more than " + std::to_string(max_bytes) + " bytes");
-  }
-  return content;
-}
 
 std::string read_token(const std::string& file) {
   std::string token = content_of(file, 256);
@@ -49,7 +37,9 @@ WebServerSettings server_settings(const ServerOptions& options) {
         " can be reached from other machines: give --token-file FILE, or listen on 127.0.0.1 or on "
         "unix:/PATH behind a proxy");
   }
-  if (!options.vessel.empty()) server.vessel = content_of(options.vessel, kMaxVesselBytes);
+  if (!options.vessel.empty()) server.vessel = read_surface(options.vessel, server.files.vessel);
+  if (!options.points.empty()) server.files.points = read_points(options.points);
+  if (!options.touched.empty()) server.files.touched = along(read_points(options.touched), MarkerAxes::kRas);
   return server;
 }
 
@@ -59,7 +49,17 @@ void add_server_options(CommandLine& app, ServerOptions& options) {
   app.add_option("--host", options.hosts,
                  "further name, with its port, under which browsers may ask: that of a proxy");
   app.add_option("--token-file", options.token_file, "file with the token that /?token=TOKEN has to name");
-  app.add_option("--vessel", options.vessel, "STL file of the vessel, world frame, mm");
+  add_room_files(app, options);
+}
+
+void add_room_files(CommandLine& app, ServerOptions& options) {
+  app.add_option("--vessel", options.vessel, "surface of the vessel, STL or VTK XML (.vtp): world frame, mm");
+  Argument points =
+      app.add_option("--points", options.points,
+                     "registration points, world frame, mm: CSV (name,x,y,z), .mrk.json or .fcsv");
+  app.add_option("--touched", options.touched,
+                 "the same points as `tubectl register` was given them, touched in the tracker's frame")
+      .needs(points);
 }
 
 std::string address_of(const ServerOptions& options) {

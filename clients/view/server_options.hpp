@@ -14,10 +14,14 @@ struct ServerOptions {
   std::vector<std::string> hosts;
   std::string token_file;
   std::string vessel;
+  std::string points;
+  std::string touched;
 };
 
-/// Adds --listen, --host, --token-file and --vessel. `options` outlives the parsing.
+/// Adds --listen, --host, --token-file and those of add_room_files(). `options` outlives the parsing.
 void add_server_options(CommandLine& app, ServerOptions& options);
+/// Adds --vessel, --points and --touched.
+void add_room_files(CommandLine& app, ServerOptions& options);
 
 /// Throws std::invalid_argument for files that cannot be read, and for what would let in everybody.
 WebServerSettings server_settings(const ServerOptions& options);

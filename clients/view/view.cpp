@@ -19,7 +19,7 @@ bool is_file_name(const std::string& camera) {
 RoomKnowledge known_from_the_start(const ViewSettings& settings, const std::vector<DemoCommand>& commands) {
   RoomKnowledge known;
   known.demo_commands = commands;
-  known.has_vessel = !settings.server.vessel.empty();
+  known.files = settings.server.files;
   return known;
 }
 

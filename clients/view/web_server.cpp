@@ -51,6 +51,7 @@ class WebServer::Parts {
   Parts(WebServerSettings settings, std::function<void(std::string_view)> heard)
       : desk_{.access = std::move(settings.access),
               .vessel = std::move(settings.vessel),
+              .vessel_path = "/vessel." + settings.files.vessel.kind,
               .heard = std::move(heard),
               .room = {},
               .tabs = {},

@@ -10,13 +10,15 @@
 #include "clients/view/access.hpp"
 #include "clients/view/listen_address.hpp"
 #include "clients/view/outbox.hpp"
+#include "clients/view/room_files.hpp"
 
 namespace tubed {
 
 struct WebServerSettings {
   ListenAddress where;
   Access access;
-  std::string vessel;  ///< bytes of an STL file, served as /vessel.stl; empty: none
+  std::string vessel;  ///< bytes of files.vessel, served as /vessel.stl or /vessel.vtp; empty: none
+  RoomFiles files;     ///< what pages are told of it and of points; see RoomKnowledge
 };
 
 /// Serves the page's files, the vessel, and at /stream a WebSocket that carries the newest messages (see

@@ -1,3 +1,3 @@
-set(driver_libraries drivers_png idl_geometry tomlplusplus::tomlplusplus)
+set(driver_libraries drivers_csv drivers_png idl_geometry tomlplusplus::tomlplusplus)
 set(driver_test_libraries opencv_core opencv_imgcodecs)
 set(driver_place 3)

@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "drivers/replay/csv_reader.hpp"
+#include "drivers/csv/csv_reader.hpp"
 
 namespace tubed {
 

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/csv/sequence_error.hpp"
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"
-#include "drivers/replay/sequence_error.hpp"
 
 namespace tubed {
 

@@ -22,6 +22,8 @@ ROWS = {
     "daemon/model": 1, "drivers/interface": 1,
     # Files of pictures: devices that replay them include it, and whoever draws.
     "drivers/png": 1,
+    # Tables as text: sequence folders are such, and what people write by hand.
+    "drivers/csv": 1,
     # The Aurora's protocol is no device: the devices that speak it (serial, CAN, emulator) include it, so that it
     # stands below them, and above the interface whose structs it fills.
     "drivers/aurora": 1.2,
@@ -31,6 +33,8 @@ ROWS = {
     "drivers/laboratory/aurora_emulator": 1.4,
     "drivers/laboratory/instrument": 1.6,
     "drivers/laboratory": 1.8,
+    # Files of named points: tubectl registers by them, the viewer shows them.
+    "clients/markers": 1.5,
     "daemon/image": 2,
     "daemon/estimator": 3,
     "daemon/pipeline": 4, "daemon/publishing": 4, "drivers/driver_registry": 4,
@@ -73,7 +77,7 @@ INCLUDE_RULES = (
      r"(?:termios|unistd|fcntl|poll|time|ctime|fstream|iostream|cstdio|stdio|thread|mutex)(?:\.h)?$|sys/|linux/|net/",
      "the protocol is bytes to structs and back: no device, file, clock or thread"),
     ("below-clients", r"(?:daemon|drivers|idl)/", None, r"clients/", "nothing below the clients includes them"),
-    ("client-rooms", r"clients/(?:cpp|exporter|pictures|view)/", None, r"daemon/|drivers/|idl/(?:geometry|settings)/|clients/(?!cpp/|exporter/|pictures/|view/)",
+    ("client-rooms", r"clients/(?:cpp|exporter|pictures|view)/", None, r"daemon/|drivers/|idl/(?:geometry|settings)/|clients/(?!cpp/|exporter/|markers/|pictures/|view/)",
      "clients live on the public contract: idl and clients/cpp"),
     ("driver-daemon", r"drivers/", None, r"daemon/", "a driver never includes the daemon"),
     ("fluoroscope-rooms", r"drivers/laboratory/fluoroscope/", None,
@@ -211,6 +215,8 @@ VIOLATIONS = (
     ("below-clients", "idl/a.hpp", '#include "clients/cpp/tube_subscriber.hpp"'),
     ("client-rooms", "clients/exporter/a.cpp", '#include "daemon/model/b.hpp"'),
     ("client-rooms", "clients/view/a.cpp", '#include "drivers/interface/room.hpp"'),
+    ("rows", "clients/markers/a.cpp", '#include "drivers/replay/sequence_folder.hpp"'),
+    ("client-rooms", "clients/view/b.cpp", '#include "clients/calibration/marker_pairs.hpp"'),
     ("image-drivers", "daemon/image/b.cpp", '#include "drivers/aurora/bx_reply.hpp"'),
     ("rows", "daemon/model/d.cpp", '#include "drivers/aurora/bx_reply.hpp"'),
     ("protocol-rooms", "drivers/aurora/a.cpp", '#include "drivers/aurora_serial/serial_port.hpp"'),
@@ -250,6 +256,8 @@ ALLOWED = (
     ("drivers/driver_registry/fine.cpp", '#include "drivers/replay/sequence.hpp"'),
     ("clients/tubectl/judge/fine.cpp", '#include "clients/evaluation/evaluation.hpp"\n#include "clients/tubectl/verbs.hpp"\n'),
     ("clients/tubectl/fine.cpp", '#include "daemon/config/config.hpp"\n#include "clients/cpp/subscriber.hpp"\n'),
+    ("clients/view/fine.cpp", '#include "clients/markers/marker_file.hpp"'),
+    ("clients/markers/fine.cpp", '#include "drivers/csv/csv_reader.hpp"\n#include "idl/printable_text.hpp"\n'),
     ("clients/exporter/fine.cpp", '#include "idl/estimate.hpp"\n#include "clients/cpp/subscriber.hpp"\n'),
     ("idl/shm_layout.hpp", "std::atomic<int> sequence;"),
     ("idl/TubeEstimate.idl", ""),

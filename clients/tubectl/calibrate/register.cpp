@@ -11,7 +11,7 @@
 #include "clients/tubectl/calibrate/live_probe.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
-#include "drivers/replay/sequence_error.hpp"
+#include "drivers/csv/sequence_error.hpp"
 #include "idl/dds_entity.hpp"
 
 namespace tubed {

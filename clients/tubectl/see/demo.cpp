@@ -41,7 +41,17 @@ struct DemoOptions {
   std::vector<std::string> mistakes;
   bool web = false;
   std::string listen = "127.0.0.1:8080";
+  std::string vessel;
+  std::string points;
 };
+
+/// What tubed-view is told of files.
+std::vector<std::string> web_options(const DemoOptions& options) {
+  std::vector<std::string> words;
+  if (!options.vessel.empty()) words.insert(words.end(), {"--vessel", options.vessel});
+  if (!options.points.empty()) words.insert(words.end(), {"--points", options.points});
+  return words;
+}
 
 DemoTracker tracker_named(const std::string& name) {
   return name == "aurora-serial" ? DemoTracker::kAuroraSerial
@@ -57,9 +67,10 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain,   to_ns(steady_clock::now()),        options.seed,
-               options.preset,   tracker_named(options.tracker),    options.can_interface,
-               options.mistakes, options.web ? options.listen : "", options.web || options.headless_s == 0},
+      : scene_{options.domain,      to_ns(steady_clock::now()),        options.seed,
+               options.preset,      tracker_named(options.tracker),    options.can_interface,
+               options.mistakes,    options.web ? options.listen : "", options.web || options.headless_s == 0,
+               web_options(options)},
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -356,6 +367,11 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
                                "the picture in a browser, by tubed-view, with buttons that break things");
   verb.add_option("--listen", options->listen, "with --web: ADDRESS:PORT of the page")
       .capture_default_str()
+      .needs(web);
+  verb.add_option("--vessel", options->vessel,
+                  "with --web: surface of a vessel, STL or .vtp, as for tubed-view")
+      .needs(web);
+  verb.add_option("--points", options->points, "with --web: registration points, as for tubed-view")
       .needs(web);
   verb.add_option("--domain", options->domain, "DDS domain, 0 .. 230; default: a private one")
       .in_range(0, 230);

@@ -205,6 +205,7 @@ void DemoDaemon::start_view(const DemoScene& scene) {
   std::vector<std::string> command{
       program.string(), "--listen",        scene.web,       "--domain",       std::to_string(scene.domain),
       "--images",       folder().string(), "--demo-folder", folder().string()};
+  command.insert(command.end(), scene.web_options.begin(), scene.web_options.end());
   for (const CameraCalibration& camera : room_of(scene).cameras) {
     command.insert(command.end(), {"--demo-camera", camera.name});
   }

@@ -25,9 +25,10 @@ struct DemoScene {
   std::string preset = "arch";  ///< of the simulation
   DemoTracker tracker = DemoTracker::kSimulation;
   std::string can_interface;  ///< of kAuroraCan; empty: a socket of the demonstration carries the frames
-  std::vector<std::string> mistakes;  ///< of the room or its description, as of room_mistakes.hpp
-  std::string web;                    ///< ADDRESS:PORT of the page that shows the room; empty: none
-  bool shows_images = false;          ///< somebody looks at them
+  std::vector<std::string> mistakes;     ///< of the room or its description, as of room_mistakes.hpp
+  std::string web;                       ///< ADDRESS:PORT of the page that shows the room; empty: none
+  bool shows_images = false;             ///< somebody looks at them
+  std::vector<std::string> web_options;  ///< further options of tubed-view
 };
 
 /// The configuration as TOML: one simulated catheter in the views of the preset, tracked twice: "cath-1" from

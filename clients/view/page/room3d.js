@@ -1,10 +1,14 @@
 // The room in 3D: WebGL2, nothing else.
 import {COLOURS, SIGMAS} from "./fluoroscopy.js";
 import {append, bounds, empty, line, Mesh, rgb, tube} from "./mesh.js";
-import {add, cross, dot, from_camera, look_at, multiply, perspective, scale, sub, to_camera, unit, variance} from "./math.js";
+import {cross_mesh, POINT_COLOUR} from "./points.js";
+import {add, cross, dot, from_camera, length, look_at, multiply, perspective, scale, sub, to_camera, unit, variance} from "./math.js";
 
 // By what holds the tube there: nothing, a coil, an image alone, whose depth comes from elsewhere, both.
 const BRIGHTNESS = [0.25, 1, 0.6, 1];
+
+const FEW_POINTS = 12;  // so many have their names beside them always, more only near the pointer
+const NEAR_PX = 28;
 
 const DISTANCE = 1.75;  // of the eye, in lengths of the shape
 
@@ -69,11 +73,14 @@ export class Room {
     for (const name of ["view", "projection", "kind", "opacity"]) this.uniforms[name] = gl.getUniformLocation(this.program, name);
     const attributes = {};
     for (const name of ["position", "normal", "colour", "uv"]) attributes[name] = gl.getAttribLocation(this.program, name);
-    for (const name of ["solid", "hull", "plane", "vessel"]) this[name] = new Mesh(gl, attributes, gl.TRIANGLES);
+    for (const name of ["solid", "hull", "plane", "vessel", "points"]) this[name] = new Mesh(gl, attributes, gl.TRIANGLES);
     this.lines = new Mesh(gl, attributes, gl.LINES);
     this.texture = gl.createTexture();
     this.has_image = false;
     this.orbit = null;
+    this.known_points = [];
+    this.labelled = [];
+    this.pointer = null;  // px of the canvas
   }
 
   make_program() {
@@ -101,8 +108,14 @@ export class Room {
 
   set_vessel({positions, normals}) {
     const colour = new Float32Array((positions.length / 3) * 4);
-    for (let i = 0; i < colour.length; i += 4) colour.set([0.62, 0.72, 0.85, 0.3], i);
+    for (let i = 0; i < colour.length; i += 4) [colour[i], colour[i + 1], colour[i + 2], colour[i + 3]] = [0.62, 0.72, 0.85, 0.3];
     this.vessel.fill({position: positions, normal: normals, colour});
+  }
+
+  // Registration points: [{name, p, touched: where it was touched, if that is known}].
+  set_points(points) {
+    this.known_points = points;
+    this.points.fill(cross_mesh(points));
   }
 
   // Looks at the whole shape from `angle` degrees beside the source: 0 as the fluoroscope does, more shows depth.
@@ -159,7 +172,7 @@ export class Room {
     this.marks = [];
     this.fill(shown, tubes, cameras, camera, centre, look);
     this.paint(look, camera);
-    this.write(ratio);
+    this.write(ratio, look);
   }
 
   fill(shown, tubes, cameras, camera, centre, look) {
@@ -238,6 +251,7 @@ export class Room {
     if (camera && look.image && this.has_image) pass(this.plane, 3);
     pass(this.lines, 1);
     pass(this.solid, 0);
+    if (look.points) pass(this.points, 0);
     gl.depthMask(false);  // what is seen through
     pass(this.hull, 4);
     if (look.vessel) pass(this.vessel, 2);
@@ -250,7 +264,7 @@ export class Room {
     return q[3] > 0 ? [((q[0] / q[3] + 1) / 2) * this.canvas.width, ((1 - q[1] / q[3]) / 2) * this.canvas.height] : null;
   }
 
-  write(ratio) {
+  write(ratio, look) {
     const context = this.labels, matrices = this.matrices();
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     context.font = `${12 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
@@ -265,7 +279,21 @@ export class Room {
       const place = this.on_canvas(mark.p, matrices);
       if (place) text(mark.text, place[0] + 8 * ratio, place[1] - 7 * ratio, mark.colour);
     }
+    this.labelled = look.points ? this.named_points(matrices, ratio) : [];
+    for (const {words, place} of this.labelled) text(words, place[0] + 8 * ratio, place[1] + 14 * ratio, POINT_COLOUR);
     this.write_axes(context, matrices.view, ratio, text);
+  }
+
+  // Those whose names are written: all of a few, of many those near the pointer.
+  named_points(matrices, ratio) {
+    const named = [];
+    for (const {name, p, touched} of this.known_points) {
+      const place = this.on_canvas(p, matrices);
+      const is_near = place && this.pointer && Math.hypot(place[0] - this.pointer[0], place[1] - this.pointer[1]) < NEAR_PX * ratio;
+      if (!place || !(is_near || this.known_points.length <= FEW_POINTS)) continue;
+      named.push({name, words: touched ? `${name}, ${length(sub(touched, p)).toFixed(1)} mm` : name, place});
+    }
+    return named;
   }
 
   // The world's directions and how long 10 mm are at the middle.
@@ -304,9 +332,11 @@ export function steer(canvas, room, changed) {
   const end = (event) => { touches.delete(event.pointerId); spread = 0; };
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
+  canvas.addEventListener("pointerleave", () => { room.pointer = null; changed(); });
   canvas.addEventListener("pointermove", (event) => {
+    room.pointer = [event.offsetX, event.offsetY].map((px) => (px * canvas.width) / canvas.clientWidth);
     const before = touches.get(event.pointerId);
-    if (!before) return;
+    if (!before) return room.known_points.length ? changed() : undefined;
     const dx = event.clientX - before[0], dy = event.clientY - before[1], height = canvas.clientHeight;
     touches.set(event.pointerId, [event.clientX, event.clientY]);
     if (touches.size === 2) {

@@ -1,12 +1,13 @@
 // The page: what came, what is shown of it, and when it is too old to be shown.
 import {COLOURS, draw_fluoroscopy, largest_sigma, SIGMAS} from "./fluoroscopy.js";
+import {make_legend} from "./legend.js";
 import {as_seen, point, view_of_image} from "./math.js";
 import {Room, steer} from "./room3d.js";
 import {companion_of, is_companion, ORIGINS, SILENCE_MS, state_of, worst} from "./state.js";
 import {Stream} from "./stream.js";
 import {Strips} from "./strips.js";
+import {Surroundings} from "./surroundings.js";
 import {RECORDING_KEYS, TimeLine} from "./timeline.js";
-import {read_stl} from "./vessel.js";
 import {Watchdog} from "./watchdog.js";
 
 const LOOK_MS = 25;          // how often the page asks itself whether what it shows is too old
@@ -22,11 +23,11 @@ const newest = new Map();   // instrument: sample
 const history = new Map();  // instrument: samples, newest last
 const images = new Map();   // camera: {head, bitmap}
 let modes = new Map();      // instrument: mode of the estimator
-let known = {instruments: [], cameras: [], stages: {}, demo: [], images: [], vessel: false};
+let known = {instruments: [], cameras: [], stages: {}, demo: [], images: [], vessel: null, points: []};
 let chosen = {instrument: null, camera: null};
-let is_connected = false, is_dirty = true, strips_at = 0, room = null, drawn = null;
+let is_connected = false, is_dirty = true, strips_at = 0, room = null, surroundings = null, drawn = null;
 let shown = {word: "", why: "", class: "none", is_silent: true};
-const look = {image: true, band: true, coils: true, em: true, vessel: true, truth: true};
+const look = {image: true, band: true, coils: true, em: true, vessel: true, points: true, truth: true};
 const counts = {estimates: 0, paints: 0, images: 0, states: [], ages: []};  // ages: publishing to paint, ms, on one host
 const strips = new Strips($("strips"));
 const time_line = new TimeLine($("strips"), $("demo"), (wish) => stream.wish(wish));  // of a recording; else it knows nothing
@@ -43,11 +44,12 @@ const stream = new Stream({
 // ---- What comes
 
 function take_room(message) {
-  const was = JSON.stringify([known.instruments, known.cameras, known.demo]);
+  const of_buttons = () => JSON.stringify([known.instruments, known.cameras, known.demo, known.vessel, known.points.length]);
+  const was = of_buttons();
   known = message;
   modes = new Map(message.instruments.map(({id, mode}) => [id, mode]));
-  if (message.vessel && !known_vessel) load_vessel();
-  if (JSON.stringify([known.instruments, known.cameras, known.demo]) !== was) make_buttons();
+  surroundings?.take(message);
+  if (of_buttons() !== was) make_buttons();
   is_dirty = true;
 }
 
@@ -95,14 +97,6 @@ async function take_image(head, jpeg) {
   }
 }
 
-let known_vessel = false;
-async function load_vessel() {
-  known_vessel = true;
-  const answer = await fetch("/vessel.stl");
-  if (answer.ok && room) room.set_vessel(read_stl(await answer.arrayBuffer()));
-  is_dirty = true;
-}
-
 // ---- What is chosen
 
 const main_instruments = () => [...newest.keys()].filter((id) => !is_companion(id, modes)).sort();
@@ -121,7 +115,7 @@ function button(words, action, is_pressed) {
 }
 
 const SWITCHES = [["image", "Image", "i"], ["band", `${SIGMAS} sigma`, "u"], ["coils", "Coils", "c"], ["em", "Coils alone", "e"],
-                  ["vessel", "Vessel", "v"], ["truth", "Truth", "t"]];
+                  ["vessel", "Vessel", "v"], ["points", "Points", "p"], ["truth", "Truth", "t"]];
 
 function make_buttons() {
   const instruments = main_instruments();
@@ -139,32 +133,15 @@ function make_buttons() {
     button(words, () => { look[name] = !look[name]; }, look[name])), button("Dim", dim, document.body.classList.contains("dim")),
     button("Help", () => $("help").showModal()));
   if (!time_line.known) $("demo").replaceChildren(...known.demo.map(({name, label}) => button(label, () => stream.press(name))));
-  make_legend();
+  const is_seen = (name) => look[name] && is_there(name);
+  make_legend($("legend"), {band: look.band, coils: look.coils, em: is_seen("em"), truth: is_seen("truth"), points: is_seen("points"),
+                            touched: is_seen("points") && known.points.some(({touched}) => touched)});
 }
 
 const has_em = () => instrument() !== undefined && companion_of(instrument(), modes) !== null;
 const has_truth = () => Boolean(newest.get(instrument())?.truth);
-const is_there = (name) => ({vessel: known.vessel, em: has_em(), truth: has_truth()})[name] ?? true;
+const is_there = (name) => ({vessel: Boolean(known.vessel), points: known.points.length > 0, em: has_em(), truth: has_truth()})[name] ?? true;
 const dim = () => document.body.classList.toggle("dim");
-
-function make_legend() {
-  const svg = (content) => `<svg viewBox="0 0 26 12" aria-hidden="true">${content}</svg>`;
-  const rows = [
-    ["tube as estimated", svg(`<path d="M1 3h24M1 9h24" stroke="${COLOURS.valid}" stroke-width="1.6"/>`)],
-    look.band && [`± ${SIGMAS} sigma`, svg(`<path d="M1 6h24" stroke="${COLOURS.valid}" stroke-opacity=".4" stroke-width="9"/>`)],
-    ["nothing holds it there", svg(`<path d="M1 3h24M1 9h24" stroke="${COLOURS.valid}" stroke-width="1.6" stroke-dasharray="1.5 4"/>`)],
-    look.em && has_em() && ["coils alone", svg(`<path d="M1 6h24" stroke="${COLOURS.em}" stroke-width="2" stroke-dasharray="3 4"/>`)],
-    look.truth && has_truth() && ["true centreline", svg(`<path d="M1 6h24" stroke="${COLOURS.truth}" stroke-width="1.2"/>`)],
-    look.coils && ["coil", svg('<circle cx="13" cy="6" r="4" fill="none" stroke="#fff" stroke-width="1.6"/>')],
-    look.coils && ["coil not used", svg(`<path d="M9 2l8 8m0-8l-8 8" stroke="${COLOURS.questionable}" stroke-width="1.8"/>`)],
-  ];
-  $("legend").replaceChildren(...rows.filter(Boolean).map(([words, picture]) => {
-    const row = document.createElement("li");
-    row.innerHTML = picture;  // of this function, nothing that came
-    row.append(words);
-    return row;
-  }));
-}
 
 function look_from(angle) {
   const sample = newest.get(instrument());
@@ -283,7 +260,7 @@ function draw_room(view, image) {
   const sigma = is_shown ? `, ± ${(SIGMAS * largest_sigma(sample.cov, 0)).toFixed(1)} mm` : "";
   const unheld = is_shown ? sample.held.filter((by) => by === 0).length / sample.held.length : 0;
   const words = unheld > 0 ? `; nothing holds ${Math.max(1, Math.round(100 * unheld))} %` : "";
-  $("room-caption").textContent = `tip at ${tip}${is_shown ? " mm" : ""}${sigma}${words}`;
+  $("room-caption").textContent = `tip at ${tip}${is_shown ? " mm" : ""}${sigma}${words}${look.points ? surroundings.words() : ""}`;
 }
 
 function caption(view, image, age, is_live) {
@@ -326,7 +303,7 @@ function frame(at) {
 // ---- Keys
 
 const KEYS = [
-  ["1 .. 8", "instrument"], ["n", "next view of the fluoroscope"], ["i u c e v t", "image, sigma, coils, coils alone, vessel, truth on and off"],
+  ["1 .. 8", "instrument"], ["n", "next view of the fluoroscope"], ["i u c e v p t", "image, sigma, coils, coils alone, vessel, points, truth on and off"],
   ["arrows", "turn the room"], ["+ -", "nearer, further"], ["0 9 8", "as the fluoroscope, from the side, oblique"], ["d", "dim"],
   ["f", "whole screen"], ...RECORDING_KEYS, ["?", "this help"]];
 
@@ -365,6 +342,7 @@ $("keys").replaceChildren(...KEYS.map(([keys, words]) => {
 
 try {
   room = new Room($("room"), $("labels"));
+  surroundings = new Surroundings(room, $("room-trouble"), () => { is_dirty = true; });
   steer($("room"), room, () => { is_dirty = true; });
 } catch (error) {
   $("room-caption").textContent = `No 3D: ${error.message}`;
@@ -377,10 +355,12 @@ requestAnimationFrame(frame);
 // What the page shows, for tests and for whoever opens the console. `now()` draws first, so that it fits the pictures.
 window.tubedView = {
   counts,
+  vessel_corners: () => surroundings?.triangles() ?? [],
   now() {
     draw();
     const view = camera();
     return {class: shown.class, word: shown.word, why: shown.why, is_silent: shown.is_silent, drawn, camera: view && seen_by(view, newest.get(instrument())), at: performance.now(),
-            sample: newest.get(instrument()) ?? null, position: time_line.position, timeline: time_line.known, image: view ? images.get(view.name)?.head ?? null : null, age: age_of(instrument())};
+            sample: newest.get(instrument()) ?? null, position: time_line.position, timeline: time_line.known, image: view ? images.get(view.name)?.head ?? null : null, age: age_of(instrument()),
+            room: room && {orbit: room.orbit, canvas: [room.canvas.width, room.canvas.height], labels: room.labelled, ...surroundings.now()}};
   },
 };

@@ -116,5 +116,51 @@ TEST(RoomJson, WhatAButtonSendsStaysHere) {
             nlohmann::json::parse(R"([{"name": "off", "label": "Fluoroscopy off"}])"));
 }
 
+RoomKnowledge room_with_points(const char* world_axes, MarkerAxes file_axes) {
+  RoomKnowledge room;
+  room.files.points = {"points.csv", file_axes, {{"M1", {1.5, -2, 30}}, {"M2", {0, 0, 0}}}};
+  auto identity = std::make_unique<tubed_TubeIdentity>();
+  std::strcpy(identity->world_axes, world_axes);
+  // A quarter of a turn about z, then 10, 20, 30 mm.
+  const double T[16]{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30, 0, 0, 0, 1};
+  std::memcpy(identity->T_world_em, T, sizeof T);
+  room.identities["cath-1"] = *identity;
+  return room;
+}
+
+TEST(RoomJson, AVesselIsNamedAndNotSent) {
+  RoomKnowledge room;
+  EXPECT_TRUE(room_json(room)["vessel"].is_null());
+  room.files.vessel = {"aorta\n.vtp", "vtp", 4096};
+  EXPECT_EQ(room_json(room)["vessel"]["kind"], "vtp");
+  EXPECT_EQ(room_json(room)["vessel"]["size"], 4096);
+  EXPECT_EQ(room_json(room)["vessel"]["name"].get<std::string>().find('\n'), std::string::npos);
+}
+
+TEST(RoomJson, PointsOfAWorldWithoutNamedAxesStayAsTheyAre) {
+  const nlohmann::json json = room_json(room_with_points("", MarkerAxes::kRas));
+  EXPECT_EQ(json["axes"], "");
+  ASSERT_EQ(json["points"].size(), 2U);
+  EXPECT_EQ(json["points"][0], nlohmann::json::parse(R"({"name": "M1", "p": [1.5, -2.0, 30.0]})"));
+}
+
+TEST(RoomJson, PointsAreTurnedToTheAxesOfTheWorld) {
+  const nlohmann::json json = room_json(room_with_points("LPS", MarkerAxes::kRas));
+  EXPECT_EQ(json["axes"], "LPS");
+  EXPECT_EQ(json["points"][0]["p"], (nlohmann::json{-1.5, 2.0, 30.0}));
+  const nlohmann::json same = room_json(room_with_points("LPS", MarkerAxes::kLps));
+  EXPECT_EQ(same["points"][0]["p"], (nlohmann::json{1.5, -2.0, 30.0}));
+}
+
+TEST(RoomJson, APointThatWasTouchedSaysWhereByTheRegistration) {
+  RoomKnowledge room = room_with_points("", MarkerAxes::kAsWritten);
+  room.files.touched.markers = {{"M1", {1, 2, 3}}, {"of another phantom", {0, 0, 0}}};
+  const nlohmann::json json = room_json(room);
+  EXPECT_EQ(json["points"][0]["touched"], (nlohmann::json{8.0, 21.0, 33.0}));
+  EXPECT_FALSE(json["points"][1].contains("touched"));
+  room.identities.clear();
+  EXPECT_FALSE(room_json(room)["points"][0].contains("touched"));
+}
+
 }  // namespace
 }  // namespace tubed

@@ -1,4 +1,4 @@
-#include "drivers/replay/sequence_error.hpp"
+#include "drivers/csv/sequence_error.hpp"
 
 #include <cerrno>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/replay/sequence_error.hpp"
+#include "drivers/csv/sequence_error.hpp"
 
 namespace tubed {
 

@@ -1,4 +1,4 @@
-#include "clients/calibration/marker_file.hpp"
+#include "clients/markers/marker_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <sstream>
 #include <utility>
 
-#include "drivers/replay/csv_reader.hpp"
+#include "drivers/csv/csv_reader.hpp"
 #include "idl/printable_text.hpp"
 
 namespace tubed {

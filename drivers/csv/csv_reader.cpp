@@ -1,4 +1,4 @@
-#include "drivers/replay/csv_reader.hpp"
+#include "drivers/csv/csv_reader.hpp"
 
 #include <algorithm>
 #include <charconv>
