@@ -216,6 +216,10 @@ std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& opti
     std::cerr << "\rpreparing preset " << options.preset << ": " << waited.count() << " s " << std::flush;
   }
   std::cerr << "\r\033[K";
+  if (demo.figures().samples() > 0) {
+    const auto waited = std::chrono::duration_cast<milliseconds>(steady_clock::now() - began);
+    std::cerr << "first VALID shape after " << with_unit(static_cast<double>(waited.count()) * 1e-3, "s") << '\n';
+  }
   return {};
 }
 
