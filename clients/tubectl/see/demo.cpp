@@ -18,6 +18,7 @@
 #include "clients/tubectl/see/demo_image.hpp"
 #include "clients/tubectl/see/demo_picture.hpp"
 #include "clients/tubectl/see/demo_view.hpp"
+#include "clients/tubectl/see/progress_line.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "daemon/config/load_configuration.hpp"
 #include "drivers/laboratory/simulated_world.hpp"
@@ -215,32 +216,8 @@ int write_results(const Demo& demo, const DemoOptions& options, const nlohmann::
 // Presets with a chest in the image take half a minute on a slow machine.
 constexpr std::chrono::minutes kMaxPreparation{3};
 
-/// How far it is: on a terminal a line that is written anew, elsewhere a line for each other text.
-class HeadlessProgress {
- public:
-  void say(const std::string& words) {
-    if (words == said_) return;
-    said_ = words;
-    if (is_live_) {
-      std::cerr << "\r\033[K" << words << ' ' << std::flush;
-    } else {
-      std::cerr << words << '\n';
-    }
-  }
-  /// What comes next begins a line.
-  void end() {
-    if (is_live_) std::cerr << '\n';
-    said_.clear();
-  }
-
- private:
-  bool is_live_ = isatty(STDERR_FILENO) == 1;
-  std::string said_;
-};
-
 /// Listens until the first VALID shape; nothing when it has come.
-std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& options,
-                                             HeadlessProgress& progress) {
+std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& options, ProgressLine& progress) {
   const auto began = steady_clock::now();
   while (demo.figures().samples() == 0 && steady_clock::now() < began + kMaxPreparation && interrupted == 0) {
     demo.listen(milliseconds(200));
@@ -250,11 +227,16 @@ std::optional<EndedProgram> wait_for_a_shape(Demo& demo, const DemoOptions& opti
     const auto waited = std::chrono::duration_cast<std::chrono::seconds>(steady_clock::now() - began);
     progress.say("preparing preset " + options.preset + ": " + std::to_string(waited.count()) + " s");
   }
+  if (demo.figures().samples() > 0) {
+    const std::chrono::duration<double> waited = steady_clock::now() - began;
+    progress.say("first VALID shape after " + with_unit(waited.count(), "s"));
+    progress.end();
+  }
   return {};
 }
 
 int run_headless(Demo& demo, const DemoOptions& options) {
-  HeadlessProgress progress;
+  ProgressLine progress;
   if (const auto ended = wait_for_a_shape(demo, options, progress)) {
     return say_ended(*ended);
   }
