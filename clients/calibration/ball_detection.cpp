@@ -39,7 +39,7 @@ double noise_of(const cv::Mat& difference) {
   return *middle / 0.6745;  // a normal distribution's
 }
 
-std::vector<Layer> scale_space(const GreyPicture& picture, const BallLook& look) {
+std::vector<Layer> scale_space(const CalibrationPicture& picture, const BallLook& look) {
   cv::Mat grey(picture.height, picture.width, CV_32F);
   std::copy(picture.pixels.begin(), picture.pixels.end(), grey.ptr<float>());
   // A disc of radius r answers most at sigma = r / sqrt(2); one layer more at either end.
@@ -113,7 +113,7 @@ bool looks_like_a_ball(const SoftDisc& disc, const BallLook& look, float sign) {
 }
 
 /// Once more for those that have a neighbour within the pixels of their fit, which count no longer then.
-void fit_beside_neighbours(const GreyPicture& picture, std::vector<FoundBall>& balls) {
+void fit_beside_neighbours(const CalibrationPicture& picture, std::vector<FoundBall>& balls) {
   const std::vector<FoundBall> before = balls;
   for (FoundBall& ball : balls) {
     const double reach_px = 0.7 * ball.diameter_px + 3;
@@ -140,7 +140,7 @@ void fit_beside_neighbours(const GreyPicture& picture, std::vector<FoundBall>& b
 }
 
 /// Discs of one polarity.
-std::vector<FoundBall> find_discs(const GreyPicture& picture, const std::vector<Layer>& layers,
+std::vector<FoundBall> find_discs(const CalibrationPicture& picture, const std::vector<Layer>& layers,
                                   const BallLook& look, float sign) {
   std::vector<FoundBall> balls;
   for (const Candidate& candidate : candidates(layers, sign)) {
@@ -164,7 +164,7 @@ std::vector<FoundBall> find_discs(const GreyPicture& picture, const std::vector<
 
 }  // namespace
 
-std::vector<FoundBall> find_balls(const GreyPicture& picture, const BallLook& look) {
+std::vector<FoundBall> find_balls(const CalibrationPicture& picture, const BallLook& look) {
   const std::vector<Layer> layers = scale_space(picture, look);
   std::vector<FoundBall> dark;
   std::vector<FoundBall> bright;

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "clients/calibration/grey_picture.hpp"
+#include "clients/calibration/calibration_picture.hpp"
 
 namespace tubed {
 
@@ -28,6 +28,6 @@ struct BallLook {
 /// Finds discs by the extrema of differences of Gaussians over place and scale (Lindeberg, IJCV 30, 1998),
 /// and fits a soft disc to each. Strongest contrast to noise first. Balls cut by the border or overlapping
 /// each other are left out.
-std::vector<FoundBall> find_balls(const GreyPicture& picture, const BallLook& look = {});
+std::vector<FoundBall> find_balls(const CalibrationPicture& picture, const BallLook& look = {});
 
 }  // namespace tubed

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "clients/calibration/grey_picture.hpp"
+#include "clients/calibration/calibration_picture.hpp"
 #include "idl/geometry/rigid_transform.hpp"
 
 namespace tubed {

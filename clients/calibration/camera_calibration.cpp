@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;  // in a radian
 
-void check_images(const std::vector<GreyPicture>& pictures, const CameraSettings& settings) {
+void check_images(const std::vector<CalibrationPicture>& pictures, const CameraSettings& settings) {
   if (pictures.empty()) throw PhantomError("no image was given");
-  const GreyPicture& first = pictures.front();
-  for (const GreyPicture& picture : pictures) {
+  const CalibrationPicture& first = pictures.front();
+  for (const CalibrationPicture& picture : pictures) {
     if (picture.width != first.width || picture.height != first.height) {
       throw PhantomError(picture.name + ": is " + size_words(picture.width, picture.height) + ", but " +
                          first.name + " is " + size_words(first.width, first.height) +
@@ -46,7 +46,7 @@ struct RecognisedImage {
 };
 
 /// A hint that balls were looked for with the wrong polarity; empty when they were not.
-std::string other_polarity(const GreyPicture& picture, BallLook look) {
+std::string other_polarity(const CalibrationPicture& picture, BallLook look) {
   constexpr std::size_t kMinOthers = 8;
   if (look.polarity == BallLook::Polarity::kEither) return "";
   const bool were_dark = look.polarity == BallLook::Polarity::kDark;
@@ -58,7 +58,7 @@ std::string other_polarity(const GreyPicture& picture, BallLook look) {
 }
 
 /// The best of the image as it is and mirrored; throws with what is known when neither shows the phantom.
-RecognisedImage recognise(const GreyPicture& picture, const BallPhantom& phantom,
+RecognisedImage recognise(const CalibrationPicture& picture, const BallPhantom& phantom,
                           const CameraSettings& settings, const MatchPrior& prior) {
   std::vector<FoundBall> found = find_balls(picture, settings.look);
   if (settings.mirrored) found = mirrored(std::move(found), picture.width);
@@ -152,8 +152,9 @@ void judge(CameraFindings& findings) {
 }  // namespace
 
 bool CameraFindings::is_usable() const {
-  return std::none_of(statements.begin(), statements.end(),
-                      [](const CameraStatement& statement) { return statement.verdict == Verdict::kBad; });
+  return std::none_of(statements.begin(), statements.end(), [](const CameraStatement& statement) {
+    return statement.verdict == ReportVerdict::kBad;
+  });
 }
 
 CameraCalibration CameraFindings::calibration() const {
@@ -182,8 +183,8 @@ CameraCalibration CameraFindings::calibration() const {
   return camera;
 }
 
-CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, const BallPhantom& phantom,
-                                    const CameraSettings& settings) {
+CameraFindings calibrate_with_balls(const std::vector<CalibrationPicture>& pictures,
+                                    const BallPhantom& phantom, const CameraSettings& settings) {
   check_images(pictures, settings);
   if (phantom.is_plane() && pictures.size() < 3 && !settings.focal_px) {
     throw PhantomError(
@@ -200,7 +201,7 @@ CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, co
   std::vector<PointView> views;
   MatchPrior prior;
   if (settings.focal_px) prior.focal_px = {0.9 * *settings.focal_px, 1.1 * *settings.focal_px};
-  for (const GreyPicture& picture : pictures) {
+  for (const CalibrationPicture& picture : pictures) {
     images.push_back(recognise(picture, phantom, settings, prior));
     const RecognisedImage& image = images.back();
     if (image.mirrored != images.front().mirrored) {
@@ -237,8 +238,8 @@ CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, co
   return findings;
 }
 
-CameraFindings calibrate_with_board(const std::vector<GreyPicture>& pictures, const Chequerboard& board,
-                                    const CameraSettings& settings) {
+CameraFindings calibrate_with_board(const std::vector<CalibrationPicture>& pictures,
+                                    const Chequerboard& board, const CameraSettings& settings) {
   check_images(pictures, settings);
   CameraFindings findings;
   findings.settings = settings;
@@ -248,7 +249,7 @@ CameraFindings calibrate_with_board(const std::vector<GreyPicture>& pictures, co
   const auto corners = static_cast<std::size_t>(board.columns) * static_cast<std::size_t>(board.rows);
   for (std::size_t i = 0; i < corners; ++i) findings.point_names.push_back("corner " + std::to_string(i + 1));
   std::vector<PointView> views;
-  for (const GreyPicture& picture : pictures) {
+  for (const CalibrationPicture& picture : pictures) {
     const auto points = find_board(settings.mirrored ? picture.mirrored() : picture, board);
     if (!points) {
       throw PhantomError(picture.name + ": not all of the board's " + std::to_string(board.columns) + " x " +

@@ -35,12 +35,12 @@ struct CalibratedImage {
   std::vector<FoundBall> found;  ///< in the image that `mirrored` makes; empty with a chequerboard
   std::size_t in_image = 0;      ///< points that have to be there
   std::size_t matched = 0;       ///< points that were found and named
-  double clipped_share = 0;      ///< GreyPicture::clipped_share()
+  double clipped_share = 0;      ///< CalibrationPicture::clipped_share()
 };
 
 /// A sentence of the verdict.
 struct CameraStatement {
-  Verdict verdict;
+  ReportVerdict verdict;
   std::string words;
 };
 
@@ -64,12 +64,12 @@ struct CameraFindings {
 
 /// From radiographs of a phantom of balls. Throws PhantomError when no camera comes of it: images of
 /// different size, too few balls, no pose that explains them, a plane in one image.
-CameraFindings calibrate_with_balls(const std::vector<GreyPicture>& pictures, const BallPhantom& phantom,
-                                    const CameraSettings& settings);
+CameraFindings calibrate_with_balls(const std::vector<CalibrationPicture>& pictures,
+                                    const BallPhantom& phantom, const CameraSettings& settings);
 
 /// From pictures of a chequerboard. The world is the board on the first picture. Throws PhantomError.
-CameraFindings calibrate_with_board(const std::vector<GreyPicture>& pictures, const Chequerboard& board,
-                                    const CameraSettings& settings);
+CameraFindings calibrate_with_board(const std::vector<CalibrationPicture>& pictures,
+                                    const Chequerboard& board, const CameraSettings& settings);
 
 /// The values for the configuration: fx .. T_camera_world, or c_arm.* where angles were given, and how well
 /// they are known.

@@ -26,15 +26,15 @@ void say_points(const CameraFindings& findings, Statements& statements) {
   for (const CalibratedImage& image : findings.images) {
     if (3 * image.matched < 2 * image.in_image) {
       statements.push_back(
-          {Verdict::kDoubtful, image.name + ": only " + of(image.matched, image.in_image) +
-                                   " balls that have to be in the image were found and fit; "
-                                   "is it the phantom of this file, and is nothing before it?"});
+          {ReportVerdict::kDoubtful, image.name + ": only " + of(image.matched, image.in_image) +
+                                         " balls that have to be in the image were found and fit; "
+                                         "is it the phantom of this file, and is nothing before it?"});
     }
     if (image.clipped_share > kMuchClipped) {
       statements.push_back(
-          {Verdict::kDoubtful, image.name + ": " + percent(image.clipped_share) +
-                                   " of the pixels have the least or greatest value; take it "
-                                   "again with less dose or a wider window"});
+          {ReportVerdict::kDoubtful, image.name + ": " + percent(image.clipped_share) +
+                                         " of the pixels have the least or greatest value; take it "
+                                         "again with less dose or a wider window"});
     }
   }
 }
@@ -45,9 +45,9 @@ void say_left_out(const CameraFindings& findings, Statements& statements) {
   for (const auto& [point, count] : times) {
     if (2 * count > static_cast<int>(findings.images.size()) && findings.images.size() > 1) {
       statements.push_back(
-          {Verdict::kDoubtful, findings.point_names[point] + " does not fit in " +
-                                   of(static_cast<std::size_t>(count), findings.images.size()) +
-                                   " images: its place in the phantom's file is wrong, or it moved"});
+          {ReportVerdict::kDoubtful, findings.point_names[point] + " does not fit in " +
+                                         of(static_cast<std::size_t>(count), findings.images.size()) +
+                                         " images: its place in the phantom's file is wrong, or it moved"});
     }
   }
 }
@@ -55,35 +55,36 @@ void say_left_out(const CameraFindings& findings, Statements& statements) {
 void say_residual(const CameraFindings& findings, Statements& statements) {
   constexpr double kMaxGood_px = 0.5;
   const double rms_px = findings.chosen.fit.rms_px;
-  statements.push_back({rms_px <= kMaxGood_px ? Verdict::kGood : Verdict::kDoubtful,
+  statements.push_back({rms_px <= kMaxGood_px ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
                         "points lie " + decimals(rms_px, 2) + " px (RMS) from where they project" +
                             (rms_px <= kMaxGood_px ? "" : ": more than a detector's geometry leaves")});
   const ResidualPattern& pattern = findings.pattern;
   if (pattern.has_s_distortion()) {
     statements.push_back(
-        {Verdict::kDoubtful, "residuals turn with the distance from the middle, " +
-                                 decimals(std::abs(pattern.s_distortion_px), 1) +
-                                 " px at the rim: S distortion of an image intensifier, which the "
-                                 "configuration's distortion cannot express"});
+        {ReportVerdict::kDoubtful, "residuals turn with the distance from the middle, " +
+                                       decimals(std::abs(pattern.s_distortion_px), 1) +
+                                       " px at the rim: S distortion of an image intensifier, which the "
+                                       "configuration's distortion cannot express"});
   } else if (pattern.is_systematic()) {
     statements.push_back(
-        {Verdict::kDoubtful, "residuals are systematic: neighbours err alike (correlation " +
-                                 decimals(pattern.neighbour_correlation, 2) + ", chance stays below " +
-                                 decimals(pattern.correlation_limit, 2) +
-                                 "), so that the image is bent otherwise than k1 k2 p1 p2 k3 can"});
+        {ReportVerdict::kDoubtful, "residuals are systematic: neighbours err alike (correlation " +
+                                       decimals(pattern.neighbour_correlation, 2) + ", chance stays below " +
+                                       decimals(pattern.correlation_limit, 2) +
+                                       "), so that the image is bent otherwise than k1 k2 p1 p2 k3 can"});
   }
 }
 
 void say_focal(const CameraFindings& findings, Statements& statements) {
   const CameraFit& fit = findings.chosen.fit;
   if (!findings.chosen.model.focal) {
-    statements.push_back({Verdict::kGood, "focal length held at " + decimals(fit.intrinsics.fx, 1) + " px"});
+    statements.push_back(
+        {ReportVerdict::kGood, "focal length held at " + decimals(fit.intrinsics.fx, 1) + " px"});
     return;
   }
   constexpr double kMaxGood = 0.005;
   const double sigma = fit.sigma_of(0) / fit.intrinsics.fx;
   statements.push_back(
-      {sigma < kMaxGood ? Verdict::kGood : Verdict::kDoubtful,
+      {sigma < kMaxGood ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
        "focal length " + decimals(fit.intrinsics.fx, 1) + " px, standard deviation " + percent(sigma, 2) +
            (sigma < kMaxGood ? ""
                              : ": the phantom is too shallow, or the views too much alike, to "
@@ -97,21 +98,22 @@ void say_distances(const CameraFindings& findings, Statements& statements) {
   if (!settings.pixel_pitch_mm) return;
   const double distance_mm = fit.intrinsics.fx * *settings.pixel_pitch_mm;
   if (!settings.source_detector_mm) {
-    statements.push_back({Verdict::kGood, "with pixels of " + decimals(*settings.pixel_pitch_mm, 3) +
-                                              " mm the source is " + decimals(distance_mm, 0) +
-                                              " mm from the detector"});
+    statements.push_back({ReportVerdict::kGood, "with pixels of " + decimals(*settings.pixel_pitch_mm, 3) +
+                                                    " mm the source is " + decimals(distance_mm, 0) +
+                                                    " mm from the detector"});
     return;
   }
   const double factor = distance_mm / *settings.source_detector_mm;
   constexpr double kTolerance = 0.02;
   if (std::abs(factor - 1) < kTolerance) {
-    statements.push_back({Verdict::kGood, "source to detector " + decimals(distance_mm, 0) +
-                                              " mm, as given within " + percent(std::abs(factor - 1), 1)});
+    statements.push_back({ReportVerdict::kGood, "source to detector " + decimals(distance_mm, 0) +
+                                                    " mm, as given within " +
+                                                    percent(std::abs(factor - 1), 1)});
     return;
   }
   const double pitch_mm = *settings.source_detector_mm / fit.intrinsics.fx;
   statements.push_back(
-      {Verdict::kBad,
+      {ReportVerdict::kBad,
        "the image asks for source_detector_mm / pixel_pitch_mm = " + decimals(fit.intrinsics.fx, 0) +
            ", given is " + decimals(fit.intrinsics.fx / factor, 0) + "; consistent would be a pitch of " +
            decimals(pitch_mm, 3) + " mm (zoom, binning, or a pitch at the isocentre?) or a distance of " +
@@ -122,34 +124,35 @@ void say_principal_point(const CameraFindings& findings, Statements& statements)
   const ChosenFit& chosen = findings.chosen;
   const double sigma_px = std::max(chosen.fit.sigma_of(2), chosen.fit.sigma_of(3));
   if (chosen.is_principal_point_held) {
-    statements.push_back({Verdict::kGood,
+    statements.push_back({ReportVerdict::kGood,
                           "the principal point cannot be seen from these images and is held at the "
                           "image's middle, taken for within " +
                               decimals(*chosen.model.principal_sigma_px, 1) + " px"});
   } else if (chosen.principal_offset_in_sigmas > 3.5) {
     statements.push_back(
-        {Verdict::kDoubtful,
+        {ReportVerdict::kDoubtful,
          "the principal point is " +
              decimals(chosen.principal_offset_in_sigmas * *chosen.model.principal_sigma_px, 0) +
              " px from the image's middle: is the image cropped or collimated "
              "to one side?"});
   } else {
-    statements.push_back({Verdict::kGood, "principal point " + decimals(chosen.fit.intrinsics.cx, 1) + ", " +
-                                              decimals(chosen.fit.intrinsics.cy, 1) +
-                                              " px, standard deviation " + decimals(sigma_px, 1) + " px"});
+    statements.push_back({ReportVerdict::kGood, "principal point " + decimals(chosen.fit.intrinsics.cx, 1) +
+                                                    ", " + decimals(chosen.fit.intrinsics.cy, 1) +
+                                                    " px, standard deviation " + decimals(sigma_px, 1) +
+                                                    " px"});
   }
 }
 
 void say_distortion(const CameraFindings& findings, Statements& statements) {
   const IntrinsicsModel& model = findings.chosen.model;
   if (model.distortion_terms == 0) {
-    statements.push_back({Verdict::kGood, "no distortion that is significant: left at 0"});
+    statements.push_back({ReportVerdict::kGood, "no distortion that is significant: left at 0"});
     return;
   }
   const double covered = covered_share(findings.chosen, findings.width, findings.height);
   constexpr double kMinCovered = 0.4;
   statements.push_back(
-      {covered > kMinCovered ? Verdict::kGood : Verdict::kDoubtful,
+      {covered > kMinCovered ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
        "distortion, up to " + decimals(findings.distortion_px, 1) + " px in the image; points cover " +
            percent(covered) + " of it" +
            (covered > kMinCovered ? ""
@@ -169,16 +172,16 @@ void say_directions(const CameraFindings& findings, Statements& statements) {
   constexpr double kMinApart_deg = 10;
   if (widest < kMinApart_deg) {
     statements.push_back(
-        {Verdict::kDoubtful, "all images are from one direction, within " + decimals(widest, 1) +
-                                 " deg: they are little more than one; turn the C-arm or the phantom "
-                                 "by 30 deg or more in between"});
+        {ReportVerdict::kDoubtful, "all images are from one direction, within " + decimals(widest, 1) +
+                                       " deg: they are little more than one; turn the C-arm or the phantom "
+                                       "by 30 deg or more in between"});
   }
 }
 
 void say_mirrored(const CameraFindings& findings, Statements& statements) {
   if (findings.mirrored != findings.settings.mirrored) {
     statements.push_back(
-        {Verdict::kDoubtful,
+        {ReportVerdict::kDoubtful,
          findings.mirrored
              ? "the phantom is seen in its mirror image: the images come as seen from the detector, "
                "and mirrored = true is offered"
@@ -208,9 +211,9 @@ void say_sizes(const CameraFindings& findings, Statements& statements) {
   const double factor = factors[factors.size() / 2];
   if (factor < 0.8 || factor > 1.2) {
     statements.push_back(
-        {Verdict::kDoubtful, "shadows are " + decimals(factor, 2) +
-                                 " times as wide as the phantom's file says: are diameters and "
-                                 "places from the same drawing?"});
+        {ReportVerdict::kDoubtful, "shadows are " + decimals(factor, 2) +
+                                       " times as wide as the phantom's file says: are diameters and "
+                                       "places from the same drawing?"});
   }
 }
 
@@ -223,7 +226,7 @@ void say_units(const CameraFindings& findings, Statements& statements) {
   const double depth_mm = findings.chosen.fit.views.front().pivot_depth_mm;
   if (depth_mm < kMinDepth_mm || depth_mm > kMaxDepth_mm) {
     statements.push_back(
-        {Verdict::kBad,
+        {ReportVerdict::kBad,
          "the phantom would stand " + decimals(depth_mm, 0) +
              " mm from the source: the phantom's file is not in mm (cm: multiply by 10, inches: "
              "by 25.4)"});
@@ -244,12 +247,12 @@ void say_c_arm(const CameraFindings& findings, Statements& statements) {
   if (findings.settings.angles.empty()) return;
   if (!findings.settings.pixel_pitch_mm) {
     statements.push_back(
-        {Verdict::kDoubtful, "angles were given, but no --pitch: without it there is no C-arm model"});
+        {ReportVerdict::kDoubtful, "angles were given, but no --pitch: without it there is no C-arm model"});
     return;
   }
   if (!findings.c_arm) {
     statements.push_back(
-        {Verdict::kDoubtful,
+        {ReportVerdict::kDoubtful,
          "one direction does not tell the isocentre's distance from where the world lies: give "
          "images at angles 30 deg or more apart, or --source-isocentre"});
     return;
@@ -266,7 +269,7 @@ void say_c_arm(const CameraFindings& findings, Statements& statements) {
     words += reading != nullptr ? std::string("; they fit as ") + reading
                                 : std::string("; are the angles those of these images, in their order?");
   }
-  statements.push_back({is_good ? Verdict::kGood : Verdict::kBad, words});
+  statements.push_back({is_good ? ReportVerdict::kGood : ReportVerdict::kBad, words});
 }
 
 void say_configured(const CameraFindings& findings, Statements& statements) {
@@ -278,9 +281,9 @@ void say_configured(const CameraFindings& findings, Statements& statements) {
   constexpr double kOpposite_deg = 150;
   if (turn_deg > kOpposite_deg) {
     statements.push_back(
-        {Verdict::kDoubtful, "the view is turned by " + decimals(turn_deg, 0) +
-                                 " deg against the configured one: does the phantom lie upside "
-                                 "down, or the other way round, in the world?"});
+        {ReportVerdict::kDoubtful, "the view is turned by " + decimals(turn_deg, 0) +
+                                       " deg against the configured one: does the phantom lie upside "
+                                       "down, or the other way round, in the world?"});
   }
 }
 
@@ -296,7 +299,7 @@ std::string decimals(double value, int count) {
   return text.str();
 }
 
-std::string too_few_balls(const GreyPicture& picture, std::size_t found, const BallPhantom& phantom) {
+std::string too_few_balls(const CalibrationPicture& picture, std::size_t found, const BallPhantom& phantom) {
   std::string words = picture.name + ": " + std::to_string(found) + " balls found, \"" + phantom.name +
                       "\" has " + std::to_string(phantom.balls.size()) + " and 6 are needed at least";
   if (picture.clipped_share() > kMuchClipped) {
@@ -311,7 +314,7 @@ std::string too_few_balls(const GreyPicture& picture, std::size_t found, const B
          "average of several images, small ones stand out";
 }
 
-std::string not_recognised(const GreyPicture& picture, const std::vector<FoundBall>& found,
+std::string not_recognised(const CalibrationPicture& picture, const std::vector<FoundBall>& found,
                            const BallPhantom& phantom, const std::optional<PhantomMatch>& match,
                            const std::optional<PhantomMatch>& unsized) {
   std::string words = picture.name + ": " + std::to_string(found.size()) +

@@ -16,11 +16,11 @@ std::string size_words(int width, int height);
 std::string decimals(double value, int count);
 
 /// Why an image with so few shadows is of no use.
-std::string too_few_balls(const GreyPicture& picture, std::size_t found, const BallPhantom& phantom);
+std::string too_few_balls(const CalibrationPicture& picture, std::size_t found, const BallPhantom& phantom);
 
 /// Why an image whose shadows are not the phantom's is of no use. `match`: the best there is; `unsized`: with
 /// shadows of any width.
-std::string not_recognised(const GreyPicture& picture, const std::vector<FoundBall>& found,
+std::string not_recognised(const CalibrationPicture& picture, const std::vector<FoundBall>& found,
                            const BallPhantom& phantom, const std::optional<PhantomMatch>& match,
                            const std::optional<PhantomMatch>& unsized);
 

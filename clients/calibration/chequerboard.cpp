@@ -11,7 +11,7 @@ namespace tubed {
 namespace {
 
 /// OpenCV wants 8 bit; the darkest and brightest 1 % are cut.
-cv::Mat eight_bit(const GreyPicture& picture) {
+cv::Mat eight_bit(const CalibrationPicture& picture) {
   std::vector<float> sorted = picture.pixels;
   const auto part = [&](double share) {
     const auto at =
@@ -37,7 +37,8 @@ Eigen::Vector3d Chequerboard::p_board_mm(std::size_t corner) const {
           square_mm * static_cast<double>(corner / row_length), 0};
 }
 
-std::optional<std::vector<CameraPoint>> find_board(const GreyPicture& picture, const Chequerboard& board) {
+std::optional<std::vector<CameraPoint>> find_board(const CalibrationPicture& picture,
+                                                   const Chequerboard& board) {
   const cv::Mat grey = eight_bit(picture);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCorners(grey, {board.columns, board.rows}, corners,

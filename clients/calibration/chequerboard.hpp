@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "clients/calibration/calibration_picture.hpp"
 #include "clients/calibration/camera_fit.hpp"
-#include "clients/calibration/grey_picture.hpp"
 
 namespace tubed {
 
@@ -19,7 +19,8 @@ struct Chequerboard {
 };
 
 /// Corners to a fraction of a pixel (OpenCV), row by row; nothing when not all can be seen.
-std::optional<std::vector<CameraPoint>> find_board(const GreyPicture& picture, const Chequerboard& board);
+std::optional<std::vector<CameraPoint>> find_board(const CalibrationPicture& picture,
+                                                   const Chequerboard& board);
 
 /// A first guess at the camera from all views (Zhang, PAMI 22, 2000), poses set in `views`. Nothing when the
 /// views do not allow it.

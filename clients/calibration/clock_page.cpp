@@ -21,7 +21,7 @@ std::string page_of(const std::vector<CameraClock>& clocks, const ConfigurationF
   std::vector<std::vector<std::string>> rows;
   for (const CameraClock& clock : clocks) {
     page.verdict(
-        Verdict::kGood,
+        ReportVerdict::kGood,
         "Camera " + clock.camera +
             formatted(": stamps are %+.1f ms late, sigma %.1f ms; the best offset is %.0f standard "
                       "deviations better than any other.",

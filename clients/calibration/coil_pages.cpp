@@ -58,10 +58,11 @@ void offsets_verdict(const Coils& coils, ReportPage& page) {
     greatest = coil.was_found ? std::max(greatest, std::abs(coil.change_mm())) : greatest;
   }
   if (greatest > kNotedChange_mm) {
-    page.verdict(Verdict::kDoubtful, "An arc length changes by " + number("%.1f mm", greatest) +
-                                         ": every shape changes. Is this the catheter that is configured?");
+    page.verdict(ReportVerdict::kDoubtful,
+                 "An arc length changes by " + number("%.1f mm", greatest) +
+                     ": every shape changes. Is this the catheter that is configured?");
   } else {
-    page.verdict(Verdict::kGood, "Arc lengths are as stated, within " + number("%.1f mm.", greatest));
+    page.verdict(ReportVerdict::kGood, "Arc lengths are as stated, within " + number("%.1f mm.", greatest));
   }
 }
 
@@ -109,7 +110,7 @@ void field_part(const FieldError& field, ReportPage& page) {
 std::string page_of(const StraightCatheter& found, const ConfigurationFragment& fragment) {
   ReportPage page = begin("Arc lengths in a straight groove", fragment);
   for (const std::string& mistake : found.mistakes) {
-    page.verdict(Verdict::kBad, mistake);
+    page.verdict(ReportVerdict::kBad, mistake);
   }
   offsets_verdict(found.coils, page);
   offsets_table(found.coils, page);
@@ -129,7 +130,7 @@ std::string page_of(const StraightCatheter& found, const ConfigurationFragment& 
 
 std::string page_of(const StillNoise& noise, const FieldError* field, const ConfigurationFragment& fragment) {
   ReportPage page = begin("Noise of still coils", fragment);
-  page.verdict(noise.remarks.empty() ? Verdict::kGood : Verdict::kDoubtful,
+  page.verdict(noise.remarks.empty() ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
                "White noise " + number("%.3f mm an axis", noise.position_mm) +
                    (noise.remarks.empty() ? ", nothing else found." : "; see the remarks."));
   std::vector<std::vector<std::string>> rows;

@@ -182,7 +182,7 @@ std::vector<CameraStatement> phantom_mistakes(const CameraFindings& findings, co
   const Evidence evidence(findings);
   std::vector<CameraStatement> statements;
   const auto bad = [&statements](const std::string& words) {
-    statements.push_back({Verdict::kBad, "the phantom's file is wrong: " + words});
+    statements.push_back({ReportVerdict::kBad, "the phantom's file is wrong: " + words});
   };
   std::vector<std::size_t> missing;
   for (std::size_t ball = 0; ball < phantom.balls.size(); ++ball) {

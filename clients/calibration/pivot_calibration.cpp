@@ -252,31 +252,31 @@ CalibrationFinding check_turn(const PivotCalibration& pivot) {
   const double turn_deg = pivot.turned_rad / kDeg;
   const std::string evidence = formatted("the probe was turned by %.1f degrees RMS", turn_deg);
   if (turn_deg < kMinTurn_deg) {
-    return {"turn", Verdict::kBad, evidence,
+    return {"turn", ReportVerdict::kBad, evidence,
             pivot.freedom == ProbeFreedom::kFive
                 ? "keep the tip in its hole and lean the probe 30 degrees and more to all sides"
                 : "keep the tip in its hole, lean the probe 30 degrees and more to all sides, and spin it"};
   }
-  return {"turn", Verdict::kGood, evidence, ""};
+  return {"turn", ReportVerdict::kGood, evidence, ""};
 }
 
 CalibrationFinding check_outliers(const PivotCalibration& pivot) {
   const auto count = static_cast<double>(pivot.residuals_mm.size());
   const double share = static_cast<double>(pivot.outliers.size()) / count;
-  if (pivot.outliers.empty()) return {"tip", Verdict::kGood, "it stayed in its hole", ""};
+  if (pivot.outliers.empty()) return {"tip", ReportVerdict::kGood, "it stayed in its hole", ""};
   const std::string evidence =
       formatted("at %zu of %.0f measurements it was elsewhere, measurements %zu to %zu",
                 pivot.outliers.size(), count, pivot.outliers.front() + 1, pivot.outliers.back() + 1);
   if (share > kMaxOutliers) {
-    return {"tip", Verdict::kBad, evidence,
+    return {"tip", ReportVerdict::kBad, evidence,
             "the tip slid or was lifted, and nobody can tell which hole is meant: do it again with a deeper "
             "hole"};
   }
   if (share > kManyOutliers) {
-    return {"tip", Verdict::kDoubtful, evidence + "; these were left out",
+    return {"tip", ReportVerdict::kDoubtful, evidence + "; these were left out",
             "was the probe lifted? End the recording before, or do it again"};
   }
-  return {"tip", Verdict::kGood, evidence + "; these were left out", ""};
+  return {"tip", ReportVerdict::kGood, evidence + "; these were left out", ""};
 }
 
 CalibrationFinding check_sigma(const PivotCalibration& pivot, double max_sigma_mm) {
@@ -284,10 +284,10 @@ CalibrationFinding check_sigma(const PivotCalibration& pivot, double max_sigma_m
   const std::string evidence = formatted("the tip is known to %.3f mm (one standard deviation)", sigma_mm);
   // a singular normal matrix gives no number
   if (!(sigma_mm <= max_sigma_mm)) {
-    return {"sigma", Verdict::kBad, evidence,
+    return {"sigma", ReportVerdict::kBad, evidence,
             formatted("more than %.2f mm: lean the probe further, to all sides, and longer", max_sigma_mm)};
   }
-  return {"sigma", Verdict::kGood, evidence, ""};
+  return {"sigma", ReportVerdict::kGood, evidence, ""};
 }
 
 CalibrationFinding check_across(const PivotCalibration& pivot) {
@@ -300,10 +300,10 @@ CalibrationFinding check_across(const PivotCalibration& pivot) {
         pivot.sigma_angle_rad / kDeg, pivot.most_beside_axis_mm());
   }
   if (pivot.across_mm > kMaxAcross_mm) {
-    return {"residual", Verdict::kDoubtful, evidence,
+    return {"residual", ReportVerdict::kDoubtful, evidence,
             "the probe is bent, the coil sits askew, the hole is too wide, or metal is near"};
   }
-  return {"residual", Verdict::kGood, evidence, ""};
+  return {"residual", ReportVerdict::kGood, evidence, ""};
 }
 
 }  // namespace
@@ -322,16 +322,16 @@ JudgedPivot calibrate_pivot(const std::vector<ProbePose>& poses, ProbeFreedom fr
                [](const ProbePose& pose) { return pose.is_seen && pose.p_em_mm.allFinite(); });
   const std::string count = formatted("%zu measurements", seen.size());
   if (seen.size() < kMinPoses) {
-    judged.findings.push_back({"count", Verdict::kBad, count,
+    judged.findings.push_back({"count", ReportVerdict::kBad, count,
                                formatted("expected %zu at least: turn the probe for 20 s", kMinPoses)});
     return judged;
   }
-  judged.findings.push_back({"count", Verdict::kGood, count, ""});
+  judged.findings.push_back({"count", ReportVerdict::kGood, count, ""});
   judged.pivot = fitted(seen, freedom);
   for (CalibrationFinding finding : {check_turn(judged.pivot), check_outliers(judged.pivot),
                                      check_sigma(judged.pivot, max_sigma_mm), check_across(judged.pivot)}) {
     judged.findings.push_back(std::move(finding));
-    if (judged.findings.back().verdict == Verdict::kBad) break;
+    if (judged.findings.back().verdict == ReportVerdict::kBad) break;
   }
   return judged;
 }

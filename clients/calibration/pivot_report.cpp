@@ -33,7 +33,7 @@ std::string page_of(const JudgedPivot& judged, const std::string& source, const 
     page.verdict(finding.verdict, finding.what + ": " + finding.evidence +
                                       (finding.advice.empty() ? "" : ". " + finding.advice));
   }
-  if (worst(judged.findings) != Verdict::kBad) {
+  if (worst(judged.findings) != ReportVerdict::kBad) {
     const Eigen::Vector3d sigma_mm = pivot.covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
     page.heading("Tip in the sensor's frame");
     page.table({"", "x mm", "y mm", "z mm"},
@@ -59,7 +59,7 @@ std::string page_of(const JudgedPivot& judged, const std::string& source, const 
 json to_json(const JudgedPivot& judged) {
   const PivotCalibration& pivot = judged.pivot;
   json report{{"findings", to_json(judged.findings)}};
-  if (worst(judged.findings) == Verdict::kBad) return report;
+  if (worst(judged.findings) == ReportVerdict::kBad) return report;
   report["degrees_of_freedom"] = static_cast<int>(pivot.freedom);
   report["tip_offset_mm"] = list_of(pivot.tip_offset_mm);
   for (Eigen::Index row = 0; row < 3; ++row) {

@@ -56,15 +56,15 @@ CalibrationFinding check_units(const MarkerPairs& pairs) {
   for (const Unit& unit : kUnits) {
     if (std::abs(std::log(ratio / unit.factor)) < 0.2) {
       const std::string touched_m = unit.factor == 1e3 ? ", or the touched ones in metres" : "";
-      return {"units", Verdict::kBad, evidence,
+      return {"units", ReportVerdict::kBad, evidence,
               "it looks as if " + (unit.words + touched_m) + ": write both in mm"};
     }
   }
   if (ratio < 0.8 || ratio > 1.25) {
-    return {"units", Verdict::kBad, evidence,
+    return {"units", ReportVerdict::kBad, evidence,
             "these are not the same markers in the same unit: check both files, mm in both"};
   }
-  return {"units", Verdict::kGood, evidence, ""};
+  return {"units", ReportVerdict::kGood, evidence, ""};
 }
 
 /// Of two explanations with as many unknowns each: how much likelier `other` is than `stated`, both sums of
@@ -87,35 +87,35 @@ CalibrationFinding check_mirrored(const MarkerPairs& pairs, const MarkerRegistra
   // Two exchanged markers near a plane fit better in a mirror, too: the likelier explanation is told.
   const auto other = likelier > kLogEvidence ? best_other_order(pairs, likelier) : std::nullopt;
   if (other && other->log_likelihood_ratio - other->log_alternatives > likelier) {
-    return {"handedness", Verdict::kGood, evidence + ", but another order of the markers fits better still",
-            ""};
+    return {"handedness", ReportVerdict::kGood,
+            evidence + ", but another order of the markers fits better still", ""};
   }
   if (likelier > kLogEvidence) {
-    return {"handedness", Verdict::kBad, evidence,
+    return {"handedness", ReportVerdict::kBad, evidence,
             "one file has left-handed coordinates: one axis, or all three, has the wrong sign. Between LPS "
             "and RAS "
             "x AND y change their sign, never one of them alone"};
   }
   if (likelier > -kLogEvidence) {
-    return {"handedness", Verdict::kGood, evidence + ": the markers lie too near a plane to tell", ""};
+    return {"handedness", ReportVerdict::kGood, evidence + ": the markers lie too near a plane to tell", ""};
   }
-  return {"handedness", Verdict::kGood, evidence, ""};
+  return {"handedness", ReportVerdict::kGood, evidence, ""};
 }
 
 CalibrationFinding check_order(const MarkerPairs& pairs, const MarkerRegistration& registration) {
   const auto other = best_other_order(pairs, -kLogEvidence);
   if (!other) {
-    return {"names", Verdict::kGood, "no other order of the markers fits, by a factor of 100 in likelihood",
-            ""};
+    return {"names", ReportVerdict::kGood,
+            "no other order of the markers fits, by a factor of 100 in likelihood", ""};
   }
   const std::string evidence =
       formatted("residuals of %.2f mm RMS by the names, %.2f mm if ", registration.fre_mm,
                 fre_of(other->squared_residuals_mm2, pairs.size())) +
       words_for(*other, pairs.names);
   if (other->log_likelihood_ratio > kLogEvidence + other->log_alternatives) {
-    return {"names", Verdict::kBad, evidence, "correct the names, or touch these markers again"};
+    return {"names", ReportVerdict::kBad, evidence, "correct the names, or touch these markers again"};
   }
-  return {"names", Verdict::kDoubtful, evidence,
+  return {"names", ReportVerdict::kDoubtful, evidence,
           "the markers are so nearly symmetric that the residuals cannot tell: make sure that each was "
           "touched under "
           "its own name, or move one marker out of the symmetry"};
@@ -143,16 +143,16 @@ std::vector<std::size_t> find_outliers(const MarkerPairs& pairs, std::optional<d
 
 CalibrationFinding describe_outliers(const JudgedRegistration& judged) {
   if (judged.left_out.empty()) {
-    return {"outliers", Verdict::kDoubtful, "three markers cannot contradict each other",
+    return {"outliers", ReportVerdict::kDoubtful, "three markers cannot contradict each other",
             "touch more markers, better six than three"};
   }
   if (judged.outliers.empty()) {
-    return {"outliers", Verdict::kGood, "no marker contradicts the others", ""};
+    return {"outliers", ReportVerdict::kGood, "no marker contradicts the others", ""};
   }
   std::vector<std::string> names;
   for (const std::size_t i : judged.outliers) names.push_back(judged.pairs.names[i]);
   const std::size_t first = judged.outliers.front();
-  return {"outliers", Verdict::kBad,
+  return {"outliers", ReportVerdict::kBad,
           names.front() +
               formatted(" lies %.1f mm from where the others have it", judged.left_out[first].error_mm) +
               (names.size() > 1 ? "; contradicting: " + list_of(names) : ""),
@@ -175,10 +175,10 @@ CalibrationFinding check_scale(const MarkerPairs& pairs, const MarkerRegistratio
                                          percent, 100 * std::sqrt(sigma2_mm2 / length2_mm2));
   if (f_tail(explained_mm2 / sigma2_mm2, 1, dof) < kSignificance && std::abs(percent) > 0.5) {
     return {
-        "scale", Verdict::kDoubtful, evidence,
+        "scale", ReportVerdict::kDoubtful, evidence,
         "the tracker's field is distorted by metal nearby, or the size of the voxels in the CT is not right"};
   }
-  return {"scale", Verdict::kGood, evidence, ""};
+  return {"scale", ReportVerdict::kGood, evidence, ""};
 }
 
 CalibrationFinding check_residuals(const MarkerRegistration& registration) {
@@ -187,11 +187,12 @@ CalibrationFinding check_residuals(const MarkerRegistration& registration) {
       formatted("FRE %.2f mm RMS, FLE %.2f mm", registration.fre_mm, registration.fle_mm);
   if (!registration.fle_stated) {
     const double limit_mm = 2;
-    return registration.fre_mm > limit_mm ? CalibrationFinding{"residuals", Verdict::kDoubtful, evidence,
-                                                               "more than 2 mm: look for metal near the "
-                                                               "field generator, a tip offset that is "
-                                                               "not right, markers that moved since the CT"}
-                                          : CalibrationFinding{"residuals", Verdict::kGood, evidence, ""};
+    return registration.fre_mm > limit_mm
+               ? CalibrationFinding{"residuals", ReportVerdict::kDoubtful, evidence,
+                                    "more than 2 mm: look for metal near the "
+                                    "field generator, a tip offset that is "
+                                    "not right, markers that moved since the CT"}
+               : CalibrationFinding{"residuals", ReportVerdict::kGood, evidence, ""};
   }
   const double squared =
       registration.residual_world_mm.squaredNorm() * 3 / (registration.fle_mm * registration.fle_mm);
@@ -199,10 +200,10 @@ CalibrationFinding check_residuals(const MarkerRegistration& registration) {
   const std::string against =
       evidence + formatted(" as stated, which residuals like these exceed with p = %.2g", p);
   return p < kSignificance
-             ? CalibrationFinding{"residuals", Verdict::kDoubtful, against,
+             ? CalibrationFinding{"residuals", ReportVerdict::kDoubtful, against,
                                   "they are larger than the stated FLE explains: state a larger one, or "
                                   "leave --fle out"}
-             : CalibrationFinding{"residuals", Verdict::kGood, against, ""};
+             : CalibrationFinding{"residuals", ReportVerdict::kGood, against, ""};
 }
 
 /// Residual that some marker of a sound set exceeds with the level's probability, mm: a residual is about
@@ -220,8 +221,8 @@ double outlier_limit_mm(const JudgedRegistration& judged, std::optional<double> 
 
 }  // namespace
 
-Verdict worst(const std::vector<CalibrationFinding>& findings) {
-  Verdict verdict = Verdict::kGood;
+ReportVerdict worst(const std::vector<CalibrationFinding>& findings) {
+  ReportVerdict verdict = ReportVerdict::kGood;
   for (const CalibrationFinding& finding : findings) verdict = std::max(verdict, finding.verdict);
   return verdict;
 }
@@ -232,7 +233,7 @@ JudgedRegistration judge_registration(MarkerPairs pairs, std::optional<double> f
   judged.left_out = leave_one_out(judged.pairs, fle_mm);
   const auto is_wrong_with = [&](CalibrationFinding finding) {
     judged.findings.push_back(std::move(finding));
-    return judged.findings.back().verdict == Verdict::kBad;
+    return judged.findings.back().verdict == ReportVerdict::kBad;
   };
   if (is_wrong_with(check_units(judged.pairs))) return judged;
   if (is_wrong_with(check_mirrored(judged.pairs, judged.registration))) return judged;

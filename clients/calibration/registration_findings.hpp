@@ -13,13 +13,13 @@ namespace tubed {
 /// One thing that was looked at.
 struct CalibrationFinding {
   std::string what;  ///< "units"
-  Verdict verdict = Verdict::kGood;
+  ReportVerdict verdict = ReportVerdict::kGood;
   std::string evidence;  ///< with numbers
   std::string advice;    ///< what to do; empty where nothing has to be done
 };
 
 /// The worst of them; kGood of none.
-Verdict worst(const std::vector<CalibrationFinding>& findings);
+ReportVerdict worst(const std::vector<CalibrationFinding>& findings);
 
 /// Markers, their registration, and what is to be said of it.
 struct JudgedRegistration {

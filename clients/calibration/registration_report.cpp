@@ -150,8 +150,8 @@ void add_expected_errors(ReportPage& page, const JudgedRegistration& judged,
   }
 }
 
-std::string_view word_of(Verdict verdict) {
-  return verdict == Verdict::kGood ? "fine" : verdict == Verdict::kDoubtful ? "look" : "WRONG";
+std::string_view word_of(ReportVerdict verdict) {
+  return verdict == ReportVerdict::kGood ? "fine" : verdict == ReportVerdict::kDoubtful ? "look" : "WRONG";
 }
 
 }  // namespace
@@ -166,7 +166,7 @@ ConfigurationFragment fragment_of(const JudgedRegistration& judged, const Regist
   fragment.remarks.push_back(axes_remark(context.world_axes));
   for (const std::string& remark : context.remarks) fragment.remarks.push_back(remark);
   for (const CalibrationFinding& finding : judged.findings) {
-    if (finding.verdict == Verdict::kDoubtful) {
+    if (finding.verdict == ReportVerdict::kDoubtful) {
       fragment.remarks.push_back("look at: " + finding.what + ": " + finding.evidence);
     }
   }
@@ -199,7 +199,7 @@ std::string page_of(const JudgedRegistration& judged, const RegistrationContext&
   add_residuals(page, judged);
   page.table({"marker", "x, y, z in the world, mm", "residual mm", "left out mm", "p"}, marker_rows(judged),
              judged.outliers);
-  if (worst(judged.findings) != Verdict::kBad) add_expected_errors(page, judged, context);
+  if (worst(judged.findings) != ReportVerdict::kBad) add_expected_errors(page, judged, context);
   return page.str();
 }
 
@@ -231,7 +231,7 @@ json to_json(const JudgedRegistration& judged, const RegistrationContext& contex
     }
     report["markers"].push_back(marker);
   }
-  if (worst(judged.findings) == Verdict::kBad) return report;
+  if (worst(judged.findings) == ReportVerdict::kBad) return report;
   for (Eigen::Index row = 0; row < 4; ++row) {
     const Eigen::RowVector4d entries = registration.T_world_em.matrix().row(row);
     report["T_world_em"].push_back(std::vector<double>(entries.begin(), entries.end()));
@@ -264,7 +264,7 @@ std::string to_text(const JudgedRegistration& judged, const RegistrationContext&
     text +=
         formatted("%-16s%11s%13s%9s", row[0].c_str(), row[2].c_str(), row[3].c_str(), row[4].c_str()) + '\n';
   }
-  if (worst(judged.findings) == Verdict::kBad) return text;
+  if (worst(judged.findings) == ReportVerdict::kBad) return text;
   text += "\nexpected error (TRE), mm RMS\n" +
           formatted("%-16s%11.2f\n", "centre", expected_mm(judged, judged.registration.centroid_world_mm));
   for (const Target& target : context.targets) {

@@ -19,8 +19,8 @@ constexpr const char* kInk = "#222";
 constexpr const char* kGrey = "#777";
 constexpr const char* kRed = "#b3261e";
 
-const char* colour_of(Verdict verdict) {
-  return verdict == Verdict::kGood ? "#1b7f3b" : verdict == Verdict::kDoubtful ? "#b26a00" : kRed;
+const char* colour_of(ReportVerdict verdict) {
+  return verdict == ReportVerdict::kGood ? "#1b7f3b" : verdict == ReportVerdict::kDoubtful ? "#b26a00" : kRed;
 }
 
 // Characters, not bytes, of UTF-8.
@@ -105,8 +105,10 @@ void ReportPage::text(const std::string& words) {
   y_ += 4;
 }
 
-void ReportPage::verdict(Verdict verdict, const std::string& words) {
-  const char* const sign = verdict == Verdict::kGood ? "✓" : verdict == Verdict::kDoubtful ? "!" : "✗";
+void ReportPage::verdict(ReportVerdict verdict, const std::string& words) {
+  const char* const sign = verdict == ReportVerdict::kGood       ? "✓"
+                           : verdict == ReportVerdict::kDoubtful ? "!"
+                                                                 : "✗";
   bool is_first = true;
   for (const std::string& line : broken(words, kWidth - 2 * kMargin - 22)) {
     if (!fits(kLine)) return;

@@ -10,7 +10,7 @@
 namespace tubed {
 
 /// How a statement of a report is meant.
-enum class Verdict { kGood, kDoubtful, kBad };
+enum class ReportVerdict { kGood, kDoubtful, kBad };
 
 /// Collects the page from top to bottom; what no longer fits is cut and the page says so. Of one thread.
 class ReportPage {
@@ -22,7 +22,7 @@ class ReportPage {
   /// A paragraph; broken into lines where it is too long.
   void text(const std::string& words);
   /// A sentence with a mark before it: a green tick, an amber exclamation mark, a red cross.
-  void verdict(Verdict verdict, const std::string& words);
+  void verdict(ReportVerdict verdict, const std::string& words);
   /// Columns are as wide as their longest cell asks for; numbers (cells that begin with a digit or a sign)
   /// stand to the right. Every row has as many cells as `header`. Rows of `marked` are drawn red.
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,

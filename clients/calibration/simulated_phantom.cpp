@@ -129,9 +129,9 @@ CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image) {
   return camera;
 }
 
-GreyPicture picture_at(const SimulatedCArm& simulated, const BallPhantom& phantom, std::size_t image) {
-  return grey_picture("image-" + std::to_string(image + 1), simulated.width, simulated.height,
-                      pixels_at(simulated, phantom, image));
+CalibrationPicture picture_at(const SimulatedCArm& simulated, const BallPhantom& phantom, std::size_t image) {
+  return calibration_picture("image-" + std::to_string(image + 1), simulated.width, simulated.height,
+                             pixels_at(simulated, phantom, image));
 }
 
 std::vector<std::filesystem::path> write_simulated_phantom(const SimulatedCArm& simulated,

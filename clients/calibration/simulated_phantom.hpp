@@ -43,7 +43,7 @@ BallPhantom phantom_before(const CameraCalibration& camera);
 CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image);
 
 /// The image of that direction.
-GreyPicture picture_at(const SimulatedCArm& simulated, const BallPhantom& phantom, std::size_t image);
+CalibrationPicture picture_at(const SimulatedCArm& simulated, const BallPhantom& phantom, std::size_t image);
 
 /// Writes phantom.toml, image-1.png ..., truth.toml (cameras as a configuration has them) and angles.txt into
 /// `folder`, which is made. Returns the names of the images. Throws PhantomError.

@@ -54,7 +54,7 @@ double sum_of_squares(const std::vector<Pixel>& pixels, const Numbers& n) {
   return sum;
 }
 
-std::vector<Pixel> pixels_within(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
+std::vector<Pixel> pixels_within(const CalibrationPicture& picture, const Eigen::Vector2d& centre_px,
                                  double reach_px, const std::vector<OtherDisc>& others) {
   std::vector<Pixel> pixels;
   const int left = static_cast<int>(std::ceil(centre_px.x() - reach_px));
@@ -164,7 +164,7 @@ double centre_sigma(const std::vector<Pixel>& pixels, const Numbers& n, double n
 
 }  // namespace
 
-std::optional<SoftDisc> fit_soft_disc(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
+std::optional<SoftDisc> fit_soft_disc(const CalibrationPicture& picture, const Eigen::Vector2d& centre_px,
                                       double radius_px, double contrast,
                                       const std::vector<OtherDisc>& others) {
   Numbers n = Numbers::Zero();

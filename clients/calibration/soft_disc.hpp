@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "clients/calibration/grey_picture.hpp"
+#include "clients/calibration/calibration_picture.hpp"
 
 namespace tubed {
 
@@ -33,7 +33,7 @@ struct OtherDisc {
 /// Fits the pixels around the centre by Levenberg's and Marquardt's method from a first guess.
 /// Nothing when they reach beyond the picture, when the fit does not settle, or its centre leaves the first
 /// guess by more than its radius (or 1.5 px). Pixels of `others` do not count.
-std::optional<SoftDisc> fit_soft_disc(const GreyPicture& picture, const Eigen::Vector2d& centre_px,
+std::optional<SoftDisc> fit_soft_disc(const CalibrationPicture& picture, const Eigen::Vector2d& centre_px,
                                       double radius_px, double contrast,
                                       const std::vector<OtherDisc>& others = {});
 

@@ -17,7 +17,7 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-bool is_known_host(std::string_view host, const Access& access) {
+bool is_known_host(std::string_view host, const AccessRules& access) {
   return access.hosts.empty() ||
          std::find(access.hosts.begin(), access.hosts.end(), lower(host)) != access.hosts.end();
 }
@@ -67,7 +67,7 @@ std::string_view path_of(std::string_view target) {
   return target.substr(0, std::min(target.find('?'), target.size()));
 }
 
-Verdict judge(const RequestHead& request, const Access& access) {
+AccessVerdict judge(const RequestHead& request, const AccessRules& access) {
   if (request.method != "GET" && request.method != "HEAD") return {405, "GET only\n"};
   if (request.has_body) return {413, "a request has no body here\n"};
   if (!is_known_host(request.host, access)) {

@@ -21,7 +21,7 @@ struct RequestHead {
 };
 
 /// What is asked of a request.
-struct Access {
+struct AccessRules {
   /// What "Host" may say, lower case, with the port. A page of another name that was made to point at this
   /// address (DNS rebinding) has another one. Empty: any, for a Unix socket, whose proxy decides.
   std::vector<std::string> hosts;
@@ -31,7 +31,7 @@ struct Access {
 
 /// 200: the request is served; 303: its token was right, and goes into a cookie; others: refused, with words
 /// for a person.
-struct Verdict {
+struct AccessVerdict {
   unsigned status = 200;
   const char* words = "";
 };
@@ -41,11 +41,11 @@ struct Verdict {
 /// |---|---|
 /// | GET or HEAD | 405 |
 /// | no body | 413 |
-/// | exactly one of Access::hosts | 421 |
+/// | exactly one of AccessRules::hosts | 421 |
 /// | Origin, where there is one, is http or https at that host; a WebSocket has one | 403 |
 /// | another site only navigates here (Sec-Fetch-*) | 403 |
 /// | the token, where one is set | 401 |
-Verdict judge(const RequestHead& request, const Access& access);
+AccessVerdict judge(const RequestHead& request, const AccessRules& access);
 
 /// The path without its query.
 std::string_view path_of(std::string_view target);

@@ -61,7 +61,7 @@ Answer answer_with(unsigned status, std::string_view type, std::string_view body
 
 /// What a request that is no upgrade is answered.
 Answer answer_to(const RequestHead& head, const Desk& desk) {
-  const Verdict verdict = judge(head, desk.access);
+  const AccessVerdict verdict = judge(head, desk.access);
   if (verdict.status != 200) {
     Answer answer = answer_with(verdict.status, "text/plain; charset=utf-8", verdict.words);
     if (verdict.status == 303) {

@@ -26,7 +26,7 @@ class Tab;
 
 /// What connections share; of the thread that serves.
 struct Desk {
-  Access access;
+  AccessRules access;
   std::string vessel;       ///< bytes; empty: there is none
   std::string vessel_path;  ///< under which it is served
   std::function<void(std::string_view)> heard;

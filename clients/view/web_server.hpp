@@ -16,7 +16,7 @@ namespace tubed {
 
 struct WebServerSettings {
   ListenAddress where;
-  Access access;
+  AccessRules access;
   std::string vessel;  ///< bytes of files.vessel, served as /vessel.stl or /vessel.vtp; empty: none
   RoomFiles files;     ///< what pages are told of it and of points; see RoomKnowledge
 };

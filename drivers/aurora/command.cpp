@@ -9,7 +9,7 @@ namespace tubed::aurora {
 
 namespace {
 
-constexpr std::pair<BaudRate, int> kRates[] = {
+constexpr std::pair<BaudRate, int> kRateCodes[] = {
     {BaudRate::k9600, 9600},     {BaudRate::k14400, 14400},     {BaudRate::k19200, 19200},
     {BaudRate::k38400, 38400},   {BaudRate::k57600, 57600},     {BaudRate::k115200, 115200},
     {BaudRate::k921600, 921600}, {BaudRate::k1228739, 1228739}, {BaudRate::k230400, 230400},
@@ -81,7 +81,7 @@ CommandLine without_crc(std::string_view name, std::string_view parameters) noex
 }
 
 int bits_per_second(BaudRate rate) noexcept {
-  for (const auto& [known, bits] : kRates) {
+  for (const auto& [known, bits] : kRateCodes) {
     if (known == rate) {
       return bits;
     }
@@ -90,7 +90,7 @@ int bits_per_second(BaudRate rate) noexcept {
 }
 
 std::optional<BaudRate> baud_rate(int bits_per_second) noexcept {
-  for (const auto& [rate, bits] : kRates) {
+  for (const auto& [rate, bits] : kRateCodes) {
     if (bits == bits_per_second) {
       return rate;
     }

@@ -85,7 +85,7 @@ RigidTransform true_T_world_em(std::int64_t seed) {
 
 }  // namespace
 
-MarkerRegistration bench_registration(const Scenario& scenario) {
+SimulatedRegistration bench_registration(const Scenario& scenario) {
   const RigidTransform T_world_em = true_T_world_em(scenario.seed);
   const EmErrors field(scenario.em, scenario.seed, working_volume_mm(T_world_em.inverse()));
   return register_markers({}, T_world_em, field, scenario.seed);

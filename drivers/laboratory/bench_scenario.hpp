@@ -14,6 +14,6 @@ namespace tubed {
 void place_on_bench(Scenario& scenario);
 
 /// The registration of such a scenario once more, with its markers.
-MarkerRegistration bench_registration(const Scenario& scenario);
+SimulatedRegistration bench_registration(const Scenario& scenario);
 
 }  // namespace tubed

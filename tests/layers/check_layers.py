@@ -172,12 +172,32 @@ def check_file(root, path, generated):
     return faults
 
 
+DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class|enum|union) (?:\[\[\w+\]\] )?(?:alignas\([^)]*\) )?(\w+)(?: final)?(?: : [^;]*)?(?:\s*\{|$)", re.M)
+NAMESPACE = re.compile(r"^namespace ([\w:]+)", re.M)
+
+
+def defined_twice(root, headers):
+    """Types of one name and one namespace in two headers. A program that links both is undefined and no tool need say so."""
+    places, faults = {}, []
+    for path in headers:
+        text = without_comments((root / path).read_text(encoding="utf-8", errors="replace"))
+        spaces = [(match.start(), match.group(1)) for match in NAMESPACE.finditer(text)]
+        for match in DEFINED_TYPE.finditer(text):
+            space = next((name for start, name in reversed(spaces) if start < match.start()), "")
+            line = text.count("\n", 0, match.start()) + 1
+            first = places.setdefault((space, match.group(1)), path)
+            if first != path:
+                faults.append((path, line, "one-definition", f"{space}::{match.group(1)} is defined in {first} too: name one of them otherwise"))
+    return faults
+
+
 def check_tree(root):
     """(number of files looked at, violations)."""
     files = sorted(str(file.relative_to(root)) for folder in SOURCE_FOLDERS for file in (root / folder).rglob("*")
                    if file.suffix in SUFFIXES)
     generated = {f"{idl.stem}.h" for idl in (root / "idl").glob("*.idl")}   # by idlc, in the build directory
-    return len(files), [fault for file in files for fault in check_file(root, file, generated)]
+    faults = [fault for file in files for fault in check_file(root, file, generated)]
+    return len(files), faults + defined_twice(root, [file for file in files if file.endswith(".hpp")])
 
 
 # One violation each: (rule, path, code). The same path may not be used twice.
@@ -234,6 +254,7 @@ VIOLATIONS = (
     ("threads", "daemon/pipeline/g.cpp", "pthread_create(&t, nullptr, run, nullptr);"),
     ("atomics", "daemon/pipeline/h.hpp", "std::atomic<int> count;"),
     ("atomics", "idl/flag.hpp", "std::atomic_flag flag;"),
+    ("one-definition", "clients/view/verdict.hpp", "namespace tubed {\nenum class Verdict { kGood };\n}"),
 )
 
 # What must not be reported.
@@ -260,6 +281,8 @@ ALLOWED = (
     ("clients/markers/fine.cpp", '#include "drivers/csv/csv_reader.hpp"\n#include "idl/printable_text.hpp"\n'),
     ("clients/exporter/fine.cpp", '#include "idl/estimate.hpp"\n#include "clients/cpp/subscriber.hpp"\n'),
     ("idl/shm_layout.hpp", "std::atomic<int> sequence;"),
+    ("clients/tubectl/verdict.hpp", "namespace tubed {\nstruct Verdict\n{\n};\nstruct Named;\n}"),
+    ("clients/view/named.hpp", "namespace tubed::view {\nstruct Verdict {};\n}\nnamespace tubed {\nstruct Named {\n  struct Verdict {};\n};\n}"),
     ("idl/TubeEstimate.idl", ""),
 )
 
@@ -277,7 +300,7 @@ def self_test():
     # A violation may break two rules (a row and a room's own); what is allowed may break none.
     wrong = [f"wrongly reported {rule} in {path}" for rule, path in sorted(reported)
              if path in dict(ALLOWED)]
-    rules = {rule for rule, *_ in INCLUDE_RULES + CODE_RULES} | {"rows", "from-root"}
+    rules = {rule for rule, *_ in INCLUDE_RULES + CODE_RULES} | {"rows", "from-root", "one-definition"}
     untested = [f"no violation of {rule} in the self-test" for rule in sorted(rules - {rule for rule, _ in wanted})]
     for line in missed + wrong + untested:
         print(line)

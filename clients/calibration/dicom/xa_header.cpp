@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "clients/calibration/grey_picture.hpp"
+#include "clients/calibration/calibration_picture.hpp"
 
 namespace tubed {
 

@@ -65,18 +65,18 @@ Chequerboard board_from(const CameraOptions& options) {
 }
 
 /// Files as they are; of a sequence folder the images of that camera.
-std::vector<GreyPicture> pictures_of(const CameraOptions& options) {
-  std::vector<GreyPicture> pictures;
+std::vector<CalibrationPicture> pictures_of(const CameraOptions& options) {
+  std::vector<CalibrationPicture> pictures;
   for (const std::string& name : options.images) {
     if (!std::filesystem::is_directory(name)) {
-      pictures.push_back(read_grey_picture(name));
+      pictures.push_back(read_calibration_picture(name));
       continue;
     }
     const Sequence sequence = read_sequence(name);
     for (const SequenceFrame& frame : sequence.frames) {
       const CameraCalibration& camera = sequence.room.cameras[static_cast<std::size_t>(frame.camera)];
       if (frame.fluoroscopy_on() && camera.name == options.camera) {
-        pictures.push_back(read_grey_picture(sequence.folder / frame.file));
+        pictures.push_back(read_calibration_picture(sequence.folder / frame.file));
       }
     }
   }
@@ -112,8 +112,8 @@ CameraSettings settings_of(const CameraOptions& options) {
   return settings;
 }
 
-const char* word_of(Verdict verdict) {
-  return verdict == Verdict::kGood ? "good" : verdict == Verdict::kDoubtful ? "doubtful" : "BAD";
+const char* word_of(ReportVerdict verdict) {
+  return verdict == ReportVerdict::kGood ? "good" : verdict == ReportVerdict::kDoubtful ? "doubtful" : "BAD";
 }
 
 nlohmann::json json_of(const CameraFindings& findings) {
@@ -141,7 +141,7 @@ int calibrate(const CameraOptions& options) {
     throw PhantomError("give --phantom FILE with the places of steel balls, or --board with --square");
   }
   const CameraSettings settings = settings_of(options);
-  const std::vector<GreyPicture> pictures = pictures_of(options);
+  const std::vector<CalibrationPicture> pictures = pictures_of(options);
   const CameraFindings findings =
       options.phantom.empty() ? calibrate_with_board(pictures, board_from(options), settings)
                               : calibrate_with_balls(pictures, read_ball_phantom(options.phantom), settings);

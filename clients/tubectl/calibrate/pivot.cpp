@@ -59,7 +59,7 @@ std::vector<ProbePose> measure(const PivotOptions& options) {
 
 int report(const JudgedPivot& judged, const PivotOptions& options, const std::string& source) {
   write_report(page_of(judged, source, date_of_today()), options.accept);
-  const bool is_bad = worst(judged.findings) == Verdict::kBad;
+  const bool is_bad = worst(judged.findings) == ReportVerdict::kBad;
   if (options.json == "-") {
     std::cout << to_json(judged).dump(2) << '\n';
   } else {

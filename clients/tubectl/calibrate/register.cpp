@@ -158,7 +158,7 @@ int register_em(const RegisterOptions& options) {
   const RegistrationContext context = context_of(options, world, touched, std::move(paired.remarks));
   const JudgedRegistration judged = judge_registration(std::move(paired.pairs), options.fle_mm);
   write_report(page_of(judged, context), options.accept);
-  const bool is_bad = worst(judged.findings) == Verdict::kBad;
+  const bool is_bad = worst(judged.findings) == ReportVerdict::kBad;
   if (options.json == "-") {
     std::cout << to_json(judged, context).dump(2) << '\n';
     return is_bad ? kExitBadData : kExitOk;

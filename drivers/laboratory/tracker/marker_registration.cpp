@@ -39,9 +39,9 @@ double localisation_sigma_mm(const MarkerSettings& settings, double explained_mm
   return std::sqrt(left_mm2 / (3 * (1 - 2.0 / settings.count)));
 }
 
-MarkerRegistration register_markers(const MarkerSettings& settings, const RigidTransform& true_T_world_em,
-                                    const EmErrors& field, std::int64_t seed) {
-  MarkerRegistration registration;
+SimulatedRegistration register_markers(const MarkerSettings& settings, const RigidTransform& true_T_world_em,
+                                       const EmErrors& field, std::int64_t seed) {
+  SimulatedRegistration registration;
   registration.found_ct_mm.resize(3, settings.count);
   registration.found_em_mm.resize(3, settings.count);
   for (Eigen::Index i = 0; i < settings.count; ++i) {

@@ -25,7 +25,7 @@ struct MarkerSettings {
   Eigen::AlignedBox3d box_world_mm{Eigen::Vector3d(-90, -60, -205), Eigen::Vector3d(90, 60, 95)};
 };
 
-struct MarkerRegistration {
+struct SimulatedRegistration {
   Eigen::Matrix3Xd found_em_mm;  ///< 3 x count, by the tracker
   Eigen::Matrix3Xd found_ct_mm;  ///< 3 x count, in the CT, whose frame is the world's
   RigidTransform T_world_em = RigidTransform::Identity();
@@ -43,7 +43,7 @@ double localisation_sigma_mm(const MarkerSettings& settings, double explained_mm
 /// in the CT with a normal error, then fitted (Umeyama, IEEE PAMI 13 (1991) 376, without scale). The field
 /// alone leaves residuals; localisation_sigma_mm() is what they leave open. `true_T_world_em` and `field`: as
 /// the catheter's coils are measured with.
-MarkerRegistration register_markers(const MarkerSettings& settings, const RigidTransform& true_T_world_em,
-                                    const EmErrors& field, std::int64_t seed);
+SimulatedRegistration register_markers(const MarkerSettings& settings, const RigidTransform& true_T_world_em,
+                                       const EmErrors& field, std::int64_t seed);
 
 }  // namespace tubed

@@ -11,8 +11,8 @@
 namespace tubed {
 namespace {
 
-std::vector<GreyPicture> pictures_of(const SimulatedCArm& simulated) {
-  std::vector<GreyPicture> pictures;
+std::vector<CalibrationPicture> pictures_of(const SimulatedCArm& simulated) {
+  std::vector<CalibrationPicture> pictures;
   for (std::size_t i = 0; i < simulated.angles.size(); ++i) {
     pictures.push_back(picture_at(simulated, helix_phantom(), i));
   }

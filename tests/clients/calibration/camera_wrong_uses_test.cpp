@@ -18,14 +18,15 @@ SimulatedCArm c_arm(std::size_t count) {
   return arm;
 }
 
-std::vector<GreyPicture> pictures_of(const SimulatedCArm& arm, const BallPhantom& phantom = helix_phantom()) {
-  std::vector<GreyPicture> pictures;
+std::vector<CalibrationPicture> pictures_of(const SimulatedCArm& arm,
+                                            const BallPhantom& phantom = helix_phantom()) {
+  std::vector<CalibrationPicture> pictures;
   for (std::size_t i = 0; i < arm.angles.size(); ++i) pictures.push_back(picture_at(arm, phantom, i));
   return pictures;
 }
 
-const std::vector<GreyPicture>& two_pictures() {
-  static const std::vector<GreyPicture> pictures = pictures_of(c_arm(2));
+const std::vector<CalibrationPicture>& two_pictures() {
+  static const std::vector<CalibrationPicture> pictures = pictures_of(c_arm(2));
   return pictures;
 }
 
@@ -43,9 +44,9 @@ BallPhantom changed(Change change) {
 }
 
 template <typename Change>
-std::vector<GreyPicture> changed_pictures(Change change) {
-  std::vector<GreyPicture> pictures = two_pictures();
-  for (GreyPicture& picture : pictures) {
+std::vector<CalibrationPicture> changed_pictures(Change change) {
+  std::vector<CalibrationPicture> pictures = two_pictures();
+  for (CalibrationPicture& picture : pictures) {
     for (float& pixel : picture.pixels) pixel = change(pixel);
   }
   return pictures;
@@ -56,7 +57,7 @@ enum class End { kRefused, kBad, kDoubtful };
 
 struct WrongUse {
   const char* what;
-  std::vector<GreyPicture> pictures;
+  std::vector<CalibrationPicture> pictures;
   BallPhantom phantom;
   CameraSettings settings;
   End end;
@@ -77,7 +78,8 @@ void expect_met(const WrongUse& use) {
   std::string all;
   bool is_met = false;
   for (const CameraStatement& statement : findings.statements) {
-    const bool is_worse = statement.verdict == (use.end == End::kBad ? Verdict::kBad : Verdict::kDoubtful);
+    const bool is_worse =
+        statement.verdict == (use.end == End::kBad ? ReportVerdict::kBad : ReportVerdict::kDoubtful);
     is_met = is_met || (is_worse && statement.words.find(use.words) != std::string::npos);
     all += statement.words + "\n";
   }
@@ -93,7 +95,7 @@ CameraSettings with(void (*change)(CameraSettings&)) {
 
 TEST(CameraWrongUses, ImagesThatAreNotTheCamerasAreMetWithWords) {
   const BallPhantom helix = helix_phantom();
-  GreyPicture empty = two_pictures()[0];
+  CalibrationPicture empty = two_pictures()[0];
   std::fill(empty.pixels.begin(), empty.pixels.end(), 2000.0F);
   CameraCalibration other_size;
   other_size.width = 1024;

@@ -33,10 +33,10 @@ CameraCalibration camera_before_board(double tilt_x_rad, double tilt_y_rad) {
 }
 
 /// White 220 and black 40 with a white rim, each pixel the mean of 4 x 4 rays.
-GreyPicture picture_of_board(const CameraCalibration& calibration) {
+CalibrationPicture picture_of_board(const CameraCalibration& calibration) {
   const Camera camera(calibration);
   const RigidTransform T_board_camera = calibration.T_camera_world.inverse();
-  GreyPicture picture{"board", kWidth_px, kHeight_px, {}};
+  CalibrationPicture picture{"board", kWidth_px, kHeight_px, {}};
   constexpr int kRays = 4;
   for (int y = 0; y < kHeight_px; ++y) {
     for (int x = 0; x < kWidth_px; ++x) {
@@ -58,7 +58,7 @@ GreyPicture picture_of_board(const CameraCalibration& calibration) {
   return picture;
 }
 
-std::vector<GreyPicture> four_pictures() {
+std::vector<CalibrationPicture> four_pictures() {
   return {picture_of_board(camera_before_board(0, 0.05)), picture_of_board(camera_before_board(0.5, 0)),
           picture_of_board(camera_before_board(-0.2, 0.5)),
           picture_of_board(camera_before_board(-0.4, -0.4))};
@@ -83,7 +83,7 @@ TEST(Chequerboard, FourTiltsGiveFocalLengthDistortionAndWhatTheySayOfThem) {
 }
 
 TEST(Chequerboard, SquaresThatAreCountedForCornersAreMetWithWords) {
-  const auto words_with = [](const std::vector<GreyPicture>& pictures, const Chequerboard& board) {
+  const auto words_with = [](const std::vector<CalibrationPicture>& pictures, const Chequerboard& board) {
     try {
       calibrate_with_board(pictures, board, camera_a());
     } catch (const PhantomError& error) {
@@ -91,7 +91,7 @@ TEST(Chequerboard, SquaresThatAreCountedForCornersAreMetWithWords) {
     }
     return std::string("it was taken");
   };
-  const std::vector<GreyPicture> pictures = four_pictures();
+  const std::vector<CalibrationPicture> pictures = four_pictures();
 
   EXPECT_NE(words_with(pictures, {9, 7, 10}).find("where four squares meet"), std::string::npos);
   EXPECT_NE(words_with({pictures[0], pictures[1]}, kBoard).find("a chequerboard is a plane"),

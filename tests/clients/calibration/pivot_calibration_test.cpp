@@ -23,7 +23,7 @@ TEST(PivotCalibration, ExactPosesGiveTheTipBack) {
 
   const JudgedPivot judged = calibrate_pivot(movement.poses(random, ProbeFreedom::kSix), ProbeFreedom::kSix);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kGood) << words_of(judged);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kGood) << words_of(judged);
   EXPECT_TRUE(judged.pivot.tip_offset_mm.isApprox(movement.tip_offset_mm, 1e-5));
   EXPECT_TRUE(judged.pivot.pivot_em_mm.isApprox(kPivot_em_mm, 1e-5));
 }
@@ -81,7 +81,7 @@ TEST(PivotCalibration, ATipBesideTheAxisOfA5DofProbeShowsInTheResidual) {
       calibrate_pivot(movement.poses(random, ProbeFreedom::kFive), ProbeFreedom::kFive);
 
   EXPECT_NEAR(judged.pivot.most_beside_axis_mm(), 3, 0.1);
-  EXPECT_EQ(worst(judged.findings), Verdict::kDoubtful);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kDoubtful);
   EXPECT_NE(words_of(judged).find("beside the axis"), std::string::npos);
 }
 
@@ -89,7 +89,7 @@ TEST(PivotCalibration, AProbeThatIsNotTurnedIsRefused) {
   std::mt19937 random(6);
   for (const ProbeFreedom freedom : {ProbeFreedom::kFive, ProbeFreedom::kSix}) {
     const JudgedPivot judged = calibrate_pivot(PivotMovement{.lean_deg = 4}.poses(random, freedom), freedom);
-    EXPECT_EQ(worst(judged.findings), Verdict::kBad);
+    EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad);
     EXPECT_NE(words_of(judged).find("lean the probe 30 degrees"), std::string::npos) << words_of(judged);
   }
 }
@@ -100,7 +100,7 @@ TEST(PivotCalibration, A6DofProbeThatIsOnlySpunIsRefused) {
   const JudgedPivot judged =
       calibrate_pivot(PivotMovement{.lean_deg = 0}.poses(random, ProbeFreedom::kSix), ProbeFreedom::kSix);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kBad) << words_of(judged);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad) << words_of(judged);
 }
 
 TEST(PivotCalibration, AProbeThatWasLiftedForAWhileIsToldAndLeftOut) {
@@ -111,7 +111,7 @@ TEST(PivotCalibration, AProbeThatWasLiftedForAWhileIsToldAndLeftOut) {
 
   const JudgedPivot judged = calibrate_pivot(poses, ProbeFreedom::kFive);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kDoubtful) << words_of(judged);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kDoubtful) << words_of(judged);
   EXPECT_NE(words_of(judged).find("at 40 of 400 measurements it was elsewhere, measurements 101 to 140"),
             std::string::npos)
       << words_of(judged);
@@ -125,7 +125,7 @@ TEST(PivotCalibration, ATipThatSlidIntoAnotherHoleIsRefused) {
 
   const JudgedPivot judged = calibrate_pivot(poses, ProbeFreedom::kFive);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kBad);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad);
   EXPECT_NE(words_of(judged).find("slid or was lifted"), std::string::npos) << words_of(judged);
 }
 
@@ -135,7 +135,7 @@ TEST(PivotCalibration, TooFewMeasurementsAreRefused) {
   const JudgedPivot judged =
       calibrate_pivot(PivotMovement{.count = 29}.poses(random, ProbeFreedom::kFive), ProbeFreedom::kFive);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kBad);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad);
   EXPECT_NE(words_of(judged).find("29 measurements"), std::string::npos);
 }
 
@@ -146,7 +146,7 @@ TEST(PivotCalibration, ATipThatIsNotKnownWellEnoughIsRefused) {
 
   const JudgedPivot judged = calibrate_pivot(poses, ProbeFreedom::kFive, 0.3);
 
-  EXPECT_EQ(worst(judged.findings), Verdict::kBad);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad);
   EXPECT_NE(words_of(judged).find("more than 0.30 mm"), std::string::npos) << words_of(judged);
 }
 

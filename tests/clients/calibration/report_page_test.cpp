@@ -45,7 +45,7 @@ TEST(ReportPage, NumbersStandToTheRightAndMarkedRowsAreRed) {
 
 TEST(ReportPage, AFullPageSaysThatThereIsMore) {
   ReportPage page("t", "s");
-  for (int i = 0; i < 100; ++i) page.verdict(Verdict::kBad, "row " + std::to_string(i));
+  for (int i = 0; i < 100; ++i) page.verdict(ReportVerdict::kBad, "row " + std::to_string(i));
 
   EXPECT_EQ(count_of(page.str(), "There is more than fits"), 1U);
   EXPECT_EQ(page.str().find("row 99<"), std::string::npos);

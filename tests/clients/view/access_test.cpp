@@ -5,8 +5,8 @@
 namespace tubed {
 namespace {
 
-const Access kOpen{.hosts = {"127.0.0.1:8080", "localhost:8080"}, .token = ""};
-const Access kWithToken{.hosts = {"or-3:8080"}, .token = "0123456789abcdef"};
+const AccessRules kOpen{.hosts = {"127.0.0.1:8080", "localhost:8080"}, .token = ""};
+const AccessRules kWithToken{.hosts = {"or-3:8080"}, .token = "0123456789abcdef"};
 
 RequestHead page() { return {.method = "GET", .target = "/", .host = "127.0.0.1:8080"}; }
 RequestHead stream() {
@@ -17,18 +17,18 @@ RequestHead stream() {
           .is_upgrade = true};
 }
 
-TEST(Access, ThePageAndItsStreamAreServed) {
+TEST(AccessRules, ThePageAndItsStreamAreServed) {
   EXPECT_EQ(judge(page(), kOpen).status, 200U);
   EXPECT_EQ(judge(stream(), kOpen).status, 200U);
 }
 
-TEST(Access, NamesOfHostsAreComparedWithoutRegardToCase) {
+TEST(AccessRules, NamesOfHostsAreComparedWithoutRegardToCase) {
   RequestHead request = page();
   request.host = "LocalHost:8080";
   EXPECT_EQ(judge(request, kOpen).status, 200U);
 }
 
-TEST(Access, AnotherNameThatPointsHereIsRefused) {
+TEST(AccessRules, AnotherNameThatPointsHereIsRefused) {
   for (const char* host : {"", "evil.example", "evil.example:8080", "127.0.0.1", "127.0.0.1:9999",
                            "127.0.0.1:8080.evil.example"}) {
     RequestHead request = page();
@@ -37,7 +37,7 @@ TEST(Access, AnotherNameThatPointsHereIsRefused) {
   }
 }
 
-TEST(Access, APageOfAnotherOriginIsRefused) {
+TEST(AccessRules, APageOfAnotherOriginIsRefused) {
   for (const char* origin : {"http://evil.example", "null", "http://127.0.0.1:9999",
                              "http://127.0.0.1:8080.evil.example", "ftp://127.0.0.1:8080"}) {
     RequestHead request = page();
@@ -49,7 +49,7 @@ TEST(Access, APageOfAnotherOriginIsRefused) {
   }
 }
 
-TEST(Access, AStreamSaysWhereItComesFrom) {
+TEST(AccessRules, AStreamSaysWhereItComesFrom) {
   RequestHead request = stream();
   request.origin = "";
   EXPECT_EQ(judge(request, kOpen).status, 403U);
@@ -57,7 +57,7 @@ TEST(Access, AStreamSaysWhereItComesFrom) {
   EXPECT_EQ(judge(request, kOpen).status, 200U);
 }
 
-TEST(Access, AnotherSiteMayLinkHereAndNotRead) {
+TEST(AccessRules, AnotherSiteMayLinkHereAndNotRead) {
   RequestHead request = page();
   request.fetch_site = "cross-site";
   request.fetch_mode = "navigate";
@@ -66,7 +66,7 @@ TEST(Access, AnotherSiteMayLinkHereAndNotRead) {
   EXPECT_EQ(judge(request, kOpen).status, 403U);
 }
 
-TEST(Access, OnlyGetWithoutABody) {
+TEST(AccessRules, OnlyGetWithoutABody) {
   RequestHead request = page();
   request.method = "POST";
   EXPECT_EQ(judge(request, kOpen).status, 405U);
@@ -75,7 +75,7 @@ TEST(Access, OnlyGetWithoutABody) {
   EXPECT_EQ(judge(request, kOpen).status, 413U);
 }
 
-TEST(Access, TheTokenIsAskedForUntilTheCookieHasIt) {
+TEST(AccessRules, TheTokenIsAskedForUntilTheCookieHasIt) {
   RequestHead request = page();
   request.host = "or-3:8080";
   EXPECT_EQ(judge(request, kWithToken).status, 401U);
@@ -86,7 +86,7 @@ TEST(Access, TheTokenIsAskedForUntilTheCookieHasIt) {
   EXPECT_EQ(judge(request, kWithToken).status, 200U);
 }
 
-TEST(Access, ATokenThatIsShorterLongerOrAnotherIsRefused) {
+TEST(AccessRules, ATokenThatIsShorterLongerOrAnotherIsRefused) {
   for (const char* token : {"", "0", "0123456789abcde", "0123456789abcdefg", "0123456789abcdee"}) {
     RequestHead request = page();
     request.host = "or-3:8080";
@@ -100,7 +100,7 @@ TEST(Access, ATokenThatIsShorterLongerOrAnotherIsRefused) {
   }
 }
 
-TEST(Access, BehindAUnixSocketTheProxyKnowsTheName) {
+TEST(AccessRules, BehindAUnixSocketTheProxyKnowsTheName) {
   RequestHead request = stream();
   request.host = "or-3.hospital.example";
   request.origin = "https://or-3.hospital.example";
@@ -109,7 +109,7 @@ TEST(Access, BehindAUnixSocketTheProxyKnowsTheName) {
   EXPECT_EQ(judge(request, {}).status, 403U);
 }
 
-TEST(Access, ThePathEndsWhereItsQueryBegins) {
+TEST(AccessRules, ThePathEndsWhereItsQueryBegins) {
   EXPECT_EQ(path_of("/view.js?x=1"), "/view.js");
   EXPECT_EQ(path_of("/"), "/");
   EXPECT_EQ(path_of(""), "");

@@ -45,7 +45,7 @@ TEST(BenchScenario, ItsGeometryIsThatOfThePaper) {
 
 TEST(BenchScenario, TheRoomIsDescribedWithWhatTheMarkersGive) {
   const Scenario bench = make_scenario("bench", kSeed);
-  const MarkerRegistration markers = bench_registration(bench);
+  const SimulatedRegistration markers = bench_registration(bench);
   EXPECT_EQ(bench.room.T_world_em.matrix(), markers.T_world_em.matrix());
   EXPECT_FALSE(bench.registration_error.isApprox(RigidTransform::Identity(), 1e-4));
   // With the true registration and without the field's bend the residuals are the localisation's alone.

@@ -78,7 +78,7 @@ TEST(MarkerRegistration, WhatAWarpedFieldLeavesIsPartOfTheResidualsAndNotBesideT
 TEST(MarkerRegistration, WithoutErrorsItIsTheTrueOne) {
   MarkerSettings settings;
   settings.mean_residual_mm = settings.sd_residual_mm = 0;
-  const MarkerRegistration found = register_markers(settings, some_place(), field_of(0, 1), 1);
+  const SimulatedRegistration found = register_markers(settings, some_place(), field_of(0, 1), 1);
   EXPECT_TRUE(found.T_world_em.isApprox(some_place(), 1e-9));
   EXPECT_LT(found.residual_mm.front(), 1e-9);
   EXPECT_EQ(found.found_em_mm.cols(), 13);
@@ -91,7 +91,7 @@ TEST(MarkerRegistration, ItsErrorAmongTheMarkersIsThatOfTheTheory) {
   double squares_mm2 = 0;
   const MarkerSettings settings;
   for (int seed = 0; seed < kDraws; ++seed) {
-    const MarkerRegistration found = register_markers(settings, some_place(), field_of(0, seed), seed);
+    const SimulatedRegistration found = register_markers(settings, some_place(), field_of(0, seed), seed);
     const Eigen::Vector3d middle_mm = found.found_ct_mm.rowwise().mean();
     squares_mm2 += (found.T_world_em * (some_place().inverse() * middle_mm) - middle_mm).squaredNorm();
   }

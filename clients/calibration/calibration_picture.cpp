@@ -1,4 +1,4 @@
-#include "clients/calibration/grey_picture.hpp"
+#include "clients/calibration/calibration_picture.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -7,8 +7,8 @@
 
 namespace tubed {
 
-GreyPicture GreyPicture::mirrored() const {
-  GreyPicture other = *this;
+CalibrationPicture CalibrationPicture::mirrored() const {
+  CalibrationPicture other = *this;
   for (int y = 0; y < height; ++y) {
     const auto row = other.pixels.begin() + static_cast<std::ptrdiff_t>(y) * width;
     std::reverse(row, row + width);
@@ -16,7 +16,7 @@ GreyPicture GreyPicture::mirrored() const {
   return other;
 }
 
-double GreyPicture::clipped_share() const {
+double CalibrationPicture::clipped_share() const {
   const auto [least, greatest] = std::minmax_element(pixels.begin(), pixels.end());
   const auto share_of = [&](float value) {
     return static_cast<double>(std::count(pixels.begin(), pixels.end(), value)) /
@@ -25,9 +25,10 @@ double GreyPicture::clipped_share() const {
   return std::max(share_of(*least), share_of(*greatest));
 }
 
-GreyPicture grey_picture(std::string name, int width, int height, const std::vector<std::uint8_t>& bytes) {
+CalibrationPicture calibration_picture(std::string name, int width, int height,
+                                       const std::vector<std::uint8_t>& bytes) {
   const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  GreyPicture picture{std::move(name), width, height, std::vector<float>(count)};
+  CalibrationPicture picture{std::move(name), width, height, std::vector<float>(count)};
   if (bytes.size() == count) {
     std::copy(bytes.begin(), bytes.end(), picture.pixels.begin());
     return picture;
@@ -43,7 +44,7 @@ GreyPicture grey_picture(std::string name, int width, int height, const std::vec
   return picture;
 }
 
-GreyPicture read_grey_picture(const std::filesystem::path& file) {
+CalibrationPicture read_calibration_picture(const std::filesystem::path& file) {
   try {
     const PngHeader header = read_png_header(file);
     if (!header.layout || *header.layout == PixelLayout::kRgb8) {
@@ -61,7 +62,7 @@ GreyPicture read_grey_picture(const std::filesystem::path& file) {
     const int width = static_cast<int>(header.width);
     const int height = static_cast<int>(header.height);
     read_png(file, {width, height, *header.layout, bytes});
-    return grey_picture(file.string(), width, height, bytes);
+    return calibration_picture(file.string(), width, height, bytes);
   } catch (const PngError& error) {
     throw PhantomError(file.string() + ": " + error.what());
   }

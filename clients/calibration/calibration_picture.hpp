@@ -14,7 +14,7 @@ class PhantomError : public std::runtime_error {
 };
 
 /// Row by row; the centre of the first pixel is (0, 0).
-struct GreyPicture {
+struct CalibrationPicture {
   std::string name;  ///< for messages
   int width = 0;     ///< px
   int height = 0;    ///< px
@@ -25,16 +25,17 @@ struct GreyPicture {
                   static_cast<std::size_t>(x)];
   }
   /// As it looks from the other side: each row read from right to left.
-  [[nodiscard]] GreyPicture mirrored() const;
+  [[nodiscard]] CalibrationPicture mirrored() const;
   /// Part of all pixels that have the picture's least or greatest value, whichever is more: saturated, or cut
   /// off by a window.
   [[nodiscard]] double clipped_share() const;
 };
 
 /// Reads a PNG of 8 or 16 bit grey. Throws PhantomError.
-GreyPicture read_grey_picture(const std::filesystem::path& file);
+CalibrationPicture read_calibration_picture(const std::filesystem::path& file);
 
 /// From pixels as drivers/png has them, 8 or 16 bit in host order.
-GreyPicture grey_picture(std::string name, int width, int height, const std::vector<std::uint8_t>& bytes);
+CalibrationPicture calibration_picture(std::string name, int width, int height,
+                                       const std::vector<std::uint8_t>& bytes);
 
 }  // namespace tubed
