@@ -56,12 +56,14 @@ class RecursiveEstimator final : public RestShapedEstimator {
 
   /// A coil that is less likely right than wrong.
   struct DoubtedCoil {
-    bool is_out = false;                    ///< of the newest measurement
-    MonotonicTime since{};                  ///< steadily
-    bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
-    int cleared_times = 0;                  ///< in a row that they were asked and did not
-    std::optional<Eigen::Vector3d> off_mm;  ///< the shape, the last time; world
-    bool contradicts_itself = false;        ///< it said something else the time before
+    bool is_out = false;                       ///< of the newest measurement
+    MonotonicTime since{};                     ///< steadily
+    bool alone_as_well = false;                ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                     ///< in a row that they were asked and did not
+    std::optional<Eigen::Vector3d> off_mm;     ///< the shape, the last time; world
+    bool contradicts_itself = false;           ///< it said something else the time before
+    std::optional<Eigen::Vector3d> steady_mm;  ///< off_mm, its mean over the last seconds
+    bool jumped = false;  ///< it went wrong from one measurement to the next, and no other did
   };
 
   /// How far measurements mostly are off the prediction, see freedom_for().
@@ -167,11 +169,16 @@ class RecursiveEstimator final : public RestShapedEstimator {
   double judge_coils(CoilObservations& coils, MonotonicTime time, double interval_s);
   void measure_innovations(const CoilObservations& coils);
   [[nodiscard]] Eigen::Matrix3d covariance_of(const ColumnSum& a, const ColumnSum& b) const;
+  [[nodiscard]] bool jumped_alone(int coil, const Eigen::Vector3d& off_mm) const;
+  [[nodiscard]] bool others_are_calm(int coil) const;
   [[nodiscard]] double surprise() const;
   double freedom_for(double surprise);
   [[nodiscard]] bool most_are_out() const;
   [[nodiscard]] bool is_lost() const;
   void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
+  [[nodiscard]] double steady_variance_mm2() const;
+  void follow_steady_place(const Eigen::Vector3d& off_mm, double interval_s, DoubtedCoil& doubted) const;
+  [[nodiscard]] double log_as_before(int coil, const Eigen::Vector3d& off_mm) const;
   void leave_out_as_found(const CoilObservations& coils);
   void leave_out_doubted(CoilObservations& coils) const;
   void leave_out_erratic(CoilObservations& coils) const;

@@ -1,6 +1,7 @@
 // Which coils the recursive estimator believes.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "daemon/estimator/recursive_estimator.hpp"
 
@@ -21,7 +22,11 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
-constexpr double kSteady = 16.3;   // chi^2 of the difference of two measurements, 3 dof: 0.001
+constexpr double kSteady = 16.3;          // chi^2 of the difference of two measurements, 3 dof: 0.001
+constexpr double kSteadyWithin_mm = 1.5;  // an axis, over kSteadyFor_s: of a coil that jumped, off the shape
+constexpr double kSteadyFor_s = 2;
+constexpr double kCalm = 11.3;     // chi^2 of a coil, 3 dof: 0.01
+constexpr double kJump_mm = 6;     // of one coil, from one measurement to the next
 constexpr int kFewestToBegin = 2;  // coils: better a doubtful one among them than no shape at all
 constexpr int kClearedTimes = 3;   // that the coils of a measurement do not name it
 
@@ -76,8 +81,35 @@ void RecursiveEstimator::measure_innovations(const CoilObservations& coils) {
     const double noise_mm = state_.noise.noise_position_mm();
     all.covariance_mm2.block<3, 3>(row, row) = covariance_of(own, own);
     all.covariance_mm2.block<3, 3>(row, row).diagonal().array() += noise_mm * noise_mm;
+    all.log_as_before[static_cast<std::size_t>(all.count)] = log_as_before(i, off_coil_mm(coil, state_.C));
     ++all.count;
   }
+}
+
+// A coil that is off by what it has been off by for a while: a tube that moves otherwise than expected leaves
+// it by another way each time.
+double RecursiveEstimator::log_as_before(int coil, const Eigen::Vector3d& off_mm) const {
+  const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(coil)];
+  if (!doubted.jumped || !doubted.steady_mm) return -std::numeric_limits<double>::infinity();
+  const double variance_mm2 = steady_variance_mm2();
+  return -0.5 * (off_mm - *doubted.steady_mm).squaredNorm() / variance_mm2 - 1.5 * std::log(variance_mm2);
+}
+
+// An axis: of a measurement and of what it is compared with.
+double RecursiveEstimator::steady_variance_mm2() const {
+  const double noise_mm = state_.noise.noise_position_mm();
+  return 2 * noise_mm * noise_mm + kSteadyWithin_mm * kSteadyWithin_mm;
+}
+
+void RecursiveEstimator::follow_steady_place(const Eigen::Vector3d& off_mm, double interval_s,
+                                             DoubtedCoil& doubted) const {
+  if (!doubted.steady_mm) {
+    doubted.steady_mm = off_mm;
+    return;
+  }
+  const Eigen::Vector3d way_mm = off_mm - *doubted.steady_mm;
+  doubted.jumped = doubted.jumped && way_mm.squaredNorm() < kSteady * steady_variance_mm2();
+  *doubted.steady_mm += std::clamp(interval_s / kSteadyFor_s, 0.0, 1.0) * way_mm;
 }
 
 // A coil that is less likely right than wrong takes no part, and comes back when it says the same twice: what
@@ -89,6 +121,8 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     belief = aged_belief(settings_.coil_faults, belief, interval_s);
   }
   coil_faults_.weigh(innovations_, state_.beliefs);
+  int newly_out = 0;
+  int newest_out = 0;
   const double steady_mm2 = kSteady * 2 * settings_.sigma_position_mm * settings_.sigma_position_mm;
   for (int i = 0; i < coils.count; ++i) {
     const auto index = static_cast<std::size_t>(i);
@@ -97,20 +131,47 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     if (!coil.used()) {
       doubted.is_out = doubted.contradicts_itself = false;
       doubted.off_mm.reset();
+      doubted.steady_mm.reset();
       continue;
     }
     const Eigen::Vector3d off_mm = off_coil_mm(coil, state_.C);
+    const bool was_out = doubted.is_out;
     doubted.contradicts_itself = doubted.off_mm && (off_mm - *doubted.off_mm).squaredNorm() > steady_mm2;
-    if (state_.beliefs[index] >= 0.5 && !doubted.contradicts_itself) {
+    // The shape without it is known badly enough there to agree with much, in depth above all.
+    const bool stays_out = doubted.jumped && off_mm.norm() > kJump_mm;
+    if (state_.beliefs[index] >= 0.5 && !doubted.contradicts_itself && !stays_out) {
       doubted = DoubtedCoil{};
       continue;
     }
     coil.state = CoilState::kOutlier;
     doubted.off_mm = off_mm;
+    follow_steady_place(off_mm, interval_s, doubted);
     doubted.since = doubted.is_out && !doubted.contradicts_itself ? doubted.since : time;
     doubted.is_out = true;
+    newly_out += was_out ? 0 : 1;
+    newest_out = was_out ? newest_out : i;
+  }
+  if (newly_out == 1 && seconds_between(state_.began, time) >= kYoungFor_s) {
+    DoubtedCoil& newest = state_.doubted[static_cast<std::size_t>(newest_out)];
+    newest.jumped = jumped_alone(newest_out, *newest.off_mm);
   }
   return surprise();
+}
+
+// From one measurement to the next and no other coil: the tube does not move so. But its ends may whip.
+bool RecursiveEstimator::jumped_alone(int coil, const Eigen::Vector3d& off_mm) const {
+  const bool is_between = coil > 0 && coil + 1 < static_cast<int>(instrument_.coils.size());
+  return is_between && off_mm.norm() > kJump_mm && others_are_calm(coil);
+}
+
+bool RecursiveEstimator::others_are_calm(int coil) const {
+  for (int k = 0; k < innovations_.count; ++k) {
+    const Eigen::Vector3d innovation = innovations_.innovation_mm.segment<3>(3 * k);
+    const Eigen::Matrix3d covariance_mm2 = innovations_.covariance_mm2.block<3, 3>(3 * k, 3 * k);
+    const bool is_other = innovations_.coil[static_cast<std::size_t>(k)] != coil;
+    if (is_other && innovation.dot(covariance_mm2.inverse() * innovation) > kCalm) return false;
+  }
+  return true;
 }
 
 // Mean chi^2 a degree of freedom, without the coil that is furthest off, which may be wrong by itself. 0: too
@@ -168,7 +229,7 @@ void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& histor
   for (int i = 0; i < alone.count; ++i) {
     DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
     const CoilObservation& coil = alone.coils[static_cast<std::size_t>(i)];
-    const bool named = known && coil.state == CoilState::kOutlier;
+    const bool named = known && (coil.state == CoilState::kOutlier || doubted.jumped);
     if (!doubted.is_out) {
       names_other = names_other || named;
       continue;
@@ -202,6 +263,7 @@ void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
       if (!doubted.contradicts_itself) {  // such a one was not asked
         doubted.alone_as_well = true;
         doubted.off_mm.reset();  // that was another shape
+        doubted.steady_mm.reset();
       }
       doubted.is_out = true;
       doubted.since = state_.time;
@@ -229,8 +291,8 @@ void RecursiveEstimator::leave_out_erratic(CoilObservations& coils) const {
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
-    if (coil.used() && coils.used_count() > kFewestToBegin && doubted.is_out && doubted.contradicts_itself &&
-        !most_are_out()) {
+    if (coil.used() && coils.used_count() > kFewestToBegin && doubted.is_out &&
+        (doubted.contradicts_itself || doubted.jumped) && !most_are_out()) {
       coil.state = CoilState::kOutlier;
     }
   }

@@ -1,0 +1,84 @@
+// A coil that moves away from the others from one measurement to the next, and stays there.
+#include <gtest/gtest.h>
+
+#include "tests/daemon/estimator/filter_bench.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr int kSecond = 40;  // measurements
+constexpr int kNoticed = 4;  // of them, with noise of 4 mm
+
+// By so little that the shape without it, which is known ever worse there, would soon agree with it.
+TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
+  for (const bool with_images : {true, false}) {
+    for (const double outlier_mm : {12.0, -15.0, 20.0}) {
+      FilterBench bench;
+      bench.with_images = with_images;
+      bench.outlier_mm = outlier_mm;
+      bench.measure_times(2 * kSecond);
+      int used = 0;
+      int doubtless = 0;
+      double greatest_mm = 0;
+      for (int i = 0; i < 12 * kSecond; ++i) {
+        bench.measure(0, 2);
+        greatest_mm = std::max(greatest_mm, bench.rms_mm());
+        if (i < kNoticed) continue;
+        used += bench.estimate->coils[2].state == CoilState::kUsed ? 1 : 0;
+        doubtless += bench.estimate->validity == Validity::kQuestionable ? 0 : 1;
+      }
+      EXPECT_EQ(used, 0) << outlier_mm << " mm" << (with_images ? ", images" : "");
+      EXPECT_EQ(doubtless, 0) << outlier_mm << " mm" << (with_images ? ", images" : "");
+      EXPECT_LT(greatest_mm, 3) << outlier_mm << " mm" << (with_images ? ", images" : "");
+    }
+  }
+}
+
+TEST(LastingCoilErrors, ACoilThatJumpsBackIsHeardAtOnce) {
+  FilterBench bench;
+  bench.outlier_mm = 12;
+  bench.measure_times(2 * kSecond);
+  for (int i = 0; i < 6 * kSecond; ++i) {
+    bench.measure(0, 2);
+  }
+  ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
+  bench.measure_times(4);
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+}
+
+// Where the tube itself whips, a coil is off by another way each time; and an end has a neighbour on one side
+// only.
+TEST(LastingCoilErrors, ACoilThatGoesOnMovingIsHeardAgain) {
+  FilterBench bench;
+  bench.measure_times(2 * kSecond);
+  for (int i = 0; i < 2 * kSecond; ++i) {
+    bench.outlier_mm = 12 - 0.5 * i;
+    bench.measure(0, 2);
+    if (bench.outlier_mm <= 0) break;
+  }
+  EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+}
+
+// While it is out something hides the tube, and the estimator begins again.
+TEST(LastingCoilErrors, NothingIsBegunWithIt) {
+  FilterBench bench;
+  bench.outlier_mm = 12;
+  bench.measure_times(2 * kSecond);
+  for (int i = 0; i < 2 * kSecond; ++i) {
+    bench.measure(0, 2);
+  }
+  bench.image_off_mm = 60;
+  for (int i = 0; i < 2 * kSecond; ++i) {
+    bench.measure(0, 2);
+  }
+  bench.image_off_mm = 0;
+  int used = 0;
+  for (int i = 0; i < 4 * kSecond; ++i) {
+    bench.measure(0, 2);
+    used += bench.estimate->coils[2].state == CoilState::kUsed ? 1 : 0;
+  }
+  EXPECT_EQ(used, 0);
+}
+
+}  // namespace
+}  // namespace tubed
