@@ -1,7 +1,6 @@
-#define FMT_HEADER_ONLY  // a few lines of text are not worth a library to link
-#include <spdlog/fmt/fmt.h>
-
 #include "clients/evaluation/latency_statistics.hpp"
+
+#include <spdlog/fmt/fmt.h>
 
 #include <array>
 #include <cstdint>

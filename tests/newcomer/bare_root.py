@@ -124,9 +124,9 @@ class BareRoot:
             shutil.rmtree(self.root)
 
     def start(self, command, folder="/", **options):
-        """A process inside, of this shell command, which should exec its program."""
+        """A process inside, of this one command and its arguments; its program is the first process of the namespace."""
         return subprocess.Popen(["unshare", "--mount", "--pid", "--fork", "--kill-child", "--propagation", "private", "sh", "-c", ENTER,
-                                 "enter", str(self.root), *self.environment, "sh", "-c", f"cd {folder} && {command}"],
+                                 "enter", str(self.root), *self.environment, "sh", "-c", f"cd {folder} && exec {command}"],
                                 stdin=subprocess.DEVNULL, preexec_fn=die_with_parent, **options)
 
     def packages(self):

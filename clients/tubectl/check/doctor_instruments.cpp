@@ -1,4 +1,3 @@
-#define FMT_HEADER_ONLY  // a few lines of text are not worth a library to link
 #include "clients/tubectl/check/doctor_instruments.hpp"
 
 #include <spdlog/fmt/fmt.h>

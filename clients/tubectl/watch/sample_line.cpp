@@ -1,4 +1,3 @@
-#define FMT_HEADER_ONLY  // a few lines of text are not worth a library to link
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
