@@ -177,14 +177,16 @@ int run(int argc, char** argv) {
   std::string file = "/etc/tubed/tubed.toml";
   std::optional<std::string> checked;
   app.add_option("-c,--config", file, "configuration, TOML").capture_default_str();
-  app.add_option("--check", checked, "read and check a configuration, say what is wrong, and end");
+  app.add_option("--check", checked,
+                 "read and check this configuration, or that of --config; say what is wrong, and end")
+      .expected(0, 1);
   bool print_sample = false;
   app.add_flag("--sample", print_sample, "print a configuration with every key explained, and end");
   program.set_version("tubed " TUBED_VERSION);
   if (const auto ended = program.parse(argc, argv)) {
     return *ended;
   }
-  file = checked.value_or(file);
+  if (checked && !checked->empty()) file = *checked;
   if (print_sample) {
     std::cout << tubed::sample_configuration();
     return 0;

@@ -37,17 +37,47 @@ void warn_of_mixed_origins(const CheckedTable& file, const std::vector<DriverDes
   }
 }
 
-// Useful to compare two modes on one catheter, a mistake with two catheters.
+std::string mode_of(const CheckedTable& instrument, const CheckedTable& file) {
+  return (instrument.has("mode") ? instrument : file.one("estimator")).get<std::string>("mode");
+}
+
+/// Sensor and place of each coil.
+std::map<std::int64_t, double> coils_of(const CheckedTable& instrument) {
+  std::map<std::int64_t, double> coils;
+  for (const CheckedTable& coil : instrument.many("coil")) {
+    coils.emplace(coil.get<std::int64_t>("sensor"), coil.get<double>("offset_from_tip_mm"));
+  }
+  return coils;
+}
+
+/// "sensor 2 belongs", "sensors 1, 2 belong": those of `coils` that are the other's too.
+std::string sensors_of_both(const std::map<std::int64_t, double>& coils,
+                            const std::map<std::int64_t, double>& others) {
+  std::string sensors;
+  std::size_t count = 0;
+  for (const auto& [sensor, place] : coils) {
+    if (!others.contains(sensor)) continue;
+    sensors += (count == 0 ? "" : ", ") + std::to_string(sensor);
+    ++count;
+  }
+  return count == 0 ? "" : count == 1 ? "sensor " + sensors + " belongs" : "sensors " + sensors + " belong";
+}
+
+// Two modes on one catheter, all coils at the same places, are compared; all else is a mistake.
 void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
-  std::map<std::int64_t, std::string> user;
-  for (const CheckedTable& instrument : file.many("instrument")) {
-    for (const CheckedTable& coil : instrument.many("coil")) {
-      const auto sensor = coil.get<std::int64_t>("sensor");
-      const auto [first, is_new] = user.emplace(sensor, instrument.get<std::string>("id"));
-      if (!is_new && first->second != instrument.get<std::string>("id")) {
+  const auto& instruments = file.many("instrument");
+  for (std::size_t second = 1; second < instruments.size(); ++second) {
+    for (std::size_t first = 0; first < second; ++first) {
+      const auto coils = coils_of(instruments[second]);
+      const auto others = coils_of(instruments[first]);
+      const std::string shared = sensors_of_both(coils, others);
+      const bool is_compared =
+          coils == others && mode_of(instruments[first], file) != mode_of(instruments[second], file);
+      if (!shared.empty() && !is_compared) {
         found.push_back(
-            {coil.at("sensor").position, coil.path_of("sensor"),
-             "sensor " + std::to_string(sensor) + " belongs to instrument \"" + first->second + "\" too"});
+            {instruments[second].at("id").position, instruments[second].path_of("coil"),
+             shared + " to instrument \"" + instruments[first].get<std::string>("id") +
+                 "\" too; meant is that only with all coils at the same places and another mode"});
       }
     }
   }
@@ -57,8 +87,7 @@ void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
 void warn_of_hooks_without_images(const CheckedTable& file, Problems& found) {
   for (const CheckedTable& instrument : file.many("instrument")) {
     if (instrument.get<std::string>("rest_shape") != "hook") continue;
-    const CheckedTable& owner = instrument.has("mode") ? instrument : file.one("estimator");
-    const auto mode = owner.get<std::string>("mode");
+    const std::string mode = mode_of(instrument, file);
     const bool fuses = mode == name_of(EstimatorMode::kJoint) || mode == name_of(EstimatorMode::kFilter);
     if (!fuses || file.many("camera").empty()) {
       found.push_back(

@@ -203,10 +203,10 @@ std::optional<int> Program::parse(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
     return {};
-  } catch (const CLI::ExtrasError& error) {
-    offer_near_options(*app_);
-    return app_->exit(error) == 0 ? 0 : kExitOfUsage;
+  } catch (const CLI::Success& help) {
+    return app_->exit(help);
   } catch (const CLI::ParseError& error) {
+    offer_near_options(*app_);  // what is said to be missing may be there, misspelt
     return app_->exit(error) == 0 ? 0 : kExitOfUsage;
   }
 }

@@ -361,17 +361,6 @@ TEST(Assemble, AHookWhoseRollNobodyWillFindIsAllowedAndSaid) {
       << warnings_with("em")[0];
 }
 
-TEST(Assemble, TwoInstrumentsOnOneSensorAreAllowedAndSaid) {
-  const Configuration configuration = parse_configuration(
-      base() + "[[instrument]]\nid = \"cath-2\"\n[[instrument.coil]]\nsensor = 2\noffset_from_tip_mm = 5\n",
-      "room.toml");
-
-  ASSERT_EQ(configuration.warnings.size(), 1U);
-  EXPECT_NE(configuration.warnings[0].find("instrument[1].coil[0].sensor"), std::string::npos);
-  EXPECT_NE(configuration.warnings[0].find("cath-1"), std::string::npos);
-  EXPECT_EQ(configuration.estimators.size(), 2U);
-}
-
 TEST(Assemble, ADriversTableNeedsItsRequiredKeysOnlyWhenASourceUsesIt) {
   const std::string unused = base() + "[replay]\nloop = true\n";
   std::string used = unused;

@@ -64,6 +64,13 @@ TEST(CommandLine, AMistypedOptionIsOfferedTheNearOne) {
   EXPECT_NE(answer_to({"echo", "--cuont=3"}).words.find("Did you mean --count"), std::string::npos);
 }
 
+TEST(CommandLine, SoIsOneInPlaceOfAVerb) {
+  const Answer answer = answer_to({"--hlep"});
+
+  EXPECT_EQ(answer.code, Program::kExitOfUsage);
+  EXPECT_NE(answer.words.find("Did you mean --help instead of --hlep?"), std::string::npos) << answer.words;
+}
+
 TEST(CommandLine, WhatIsRightRuns) {
   const Answer answer = answer_to({"echo", "--json", "--count", "3"});
 
