@@ -176,9 +176,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   [[nodiscard]] bool most_are_out() const;
   [[nodiscard]] bool is_lost() const;
   void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
-  [[nodiscard]] double steady_variance_mm2() const;
-  void follow_steady_place(const Eigen::Vector3d& off_mm, double interval_s, DoubtedCoil& doubted) const;
-  [[nodiscard]] double log_as_before(int coil, const Eigen::Vector3d& off_mm) const;
+  double log_as_before(int coil, const Eigen::Vector3d& off_mm, const Eigen::Matrix3d& innovation_mm2);
   void leave_out_as_found(const CoilObservations& coils);
   void leave_out_doubted(CoilObservations& coils) const;
   void leave_out_erratic(CoilObservations& coils) const;

@@ -23,7 +23,7 @@ constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
 constexpr double kSteady = 16.3;          // chi^2 of the difference of two measurements, 3 dof: 0.001
-constexpr double kSteadyWithin_mm = 1.5;  // an axis, over kSteadyFor_s: of a coil that jumped, off the shape
+constexpr double kSteadyWithin_mm = 1.5;  // an axis, over kSteadyFor_s: of a coil that jumped
 constexpr double kSteadyFor_s = 2;
 constexpr double kCalm = 11.3;     // chi^2 of a coil, 3 dof: 0.01
 constexpr double kJump_mm = 6;     // of one coil, from one measurement to the next
@@ -81,35 +81,26 @@ void RecursiveEstimator::measure_innovations(const CoilObservations& coils) {
     const double noise_mm = state_.noise.noise_position_mm();
     all.covariance_mm2.block<3, 3>(row, row) = covariance_of(own, own);
     all.covariance_mm2.block<3, 3>(row, row).diagonal().array() += noise_mm * noise_mm;
-    all.log_as_before[static_cast<std::size_t>(all.count)] = log_as_before(i, off_coil_mm(coil, state_.C));
+    all.log_as_before[static_cast<std::size_t>(all.count)] =
+        log_as_before(i, off_coil_mm(coil, state_.C), all.covariance_mm2.block<3, 3>(row, row));
     ++all.count;
   }
 }
 
 // A coil that is off by what it has been off by for a while: a tube that moves otherwise than expected leaves
-// it by another way each time.
-double RecursiveEstimator::log_as_before(int coil, const Eigen::Vector3d& off_mm) const {
-  const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(coil)];
+// it by another way each time. One that is elsewhere is no longer said to have jumped.
+double RecursiveEstimator::log_as_before(int coil, const Eigen::Vector3d& off_mm,
+                                         const Eigen::Matrix3d& innovation_mm2) {
+  DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(coil)];
   if (!doubted.jumped || !doubted.steady_mm) return -std::numeric_limits<double>::infinity();
-  const double variance_mm2 = steady_variance_mm2();
-  return -0.5 * (off_mm - *doubted.steady_mm).squaredNorm() / variance_mm2 - 1.5 * std::log(variance_mm2);
-}
-
-// An axis: of a measurement and of what it is compared with.
-double RecursiveEstimator::steady_variance_mm2() const {
+  // Of the measurement and of the shape, and of what it is compared with.
   const double noise_mm = state_.noise.noise_position_mm();
-  return 2 * noise_mm * noise_mm + kSteadyWithin_mm * kSteadyWithin_mm;
-}
-
-void RecursiveEstimator::follow_steady_place(const Eigen::Vector3d& off_mm, double interval_s,
-                                             DoubtedCoil& doubted) const {
-  if (!doubted.steady_mm) {
-    doubted.steady_mm = off_mm;
-    return;
-  }
+  Eigen::Matrix3d covariance_mm2 = innovation_mm2;
+  covariance_mm2.diagonal().array() += noise_mm * noise_mm + kSteadyWithin_mm * kSteadyWithin_mm;
   const Eigen::Vector3d way_mm = off_mm - *doubted.steady_mm;
-  doubted.jumped = doubted.jumped && way_mm.squaredNorm() < kSteady * steady_variance_mm2();
-  *doubted.steady_mm += std::clamp(interval_s / kSteadyFor_s, 0.0, 1.0) * way_mm;
+  const double chi_squared = way_mm.dot(covariance_mm2.inverse() * way_mm);
+  doubted.jumped = chi_squared < kSteady;
+  return -0.5 * chi_squared - 0.5 * std::log(covariance_mm2.determinant());
 }
 
 // A coil that is less likely right than wrong takes no part, and comes back when it says the same twice: what
@@ -145,7 +136,8 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     }
     coil.state = CoilState::kOutlier;
     doubted.off_mm = off_mm;
-    follow_steady_place(off_mm, interval_s, doubted);
+    const Eigen::Vector3d steady_mm = doubted.steady_mm.value_or(off_mm);
+    doubted.steady_mm = steady_mm + std::clamp(interval_s / kSteadyFor_s, 0.0, 1.0) * (off_mm - steady_mm);
     doubted.since = doubted.is_out && !doubted.contradicts_itself ? doubted.since : time;
     doubted.is_out = true;
     newly_out += was_out ? 0 : 1;
