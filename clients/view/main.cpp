@@ -84,8 +84,7 @@ int run(int argc, char** argv) {
 }
 
 /// Pictures of 50 KB and more are made by one thread and freed by another, fifteen a second: between small
-/// blocks in the threads' heaps they would leave holes, and the memory of the process would grow for hours.
-/// They get pages of their own.
+/// blocks in the threads' heaps they would leave holes. They get pages of their own.
 void keep_pictures_off_the_heaps() { mallopt(M_MMAP_THRESHOLD, 32 * 1024); }
 
 }  // namespace

@@ -25,10 +25,10 @@ constexpr double kConfirmedFor_s = 0.5;
 constexpr double kSteady = 16.3;          // chi^2 of the difference of two measurements, 3 dof: 0.001
 constexpr double kSteadyWithin_mm = 1.5;  // an axis, over kSteadyFor_s: of a coil that jumped
 constexpr double kSteadyFor_s = 2;
-constexpr double kCalm = 11.3;     // chi^2 of a coil, 3 dof: 0.01
-constexpr double kJump_mm = 6;     // of one coil, from one measurement to the next
-constexpr int kFewestToBegin = 2;  // coils: better a doubtful one among them than no shape at all
-constexpr int kClearedTimes = 3;   // that the coils of a measurement do not name it
+constexpr double kCalm = 11.3;       // chi^2 of a coil, 3 dof: 0.01
+constexpr double kJump_mm = 6;       // of one coil, from one measurement to the next
+constexpr int kMinCoilsToBegin = 2;  // coils: better a doubtful one among them than no shape at all
+constexpr int kClearedTimes = 3;     // that the coils of a measurement do not name it
 
 }  // namespace
 
@@ -283,7 +283,7 @@ void RecursiveEstimator::leave_out_erratic(CoilObservations& coils) const {
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     const DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];
-    if (coil.used() && coils.used_count() > kFewestToBegin && doubted.is_out &&
+    if (coil.used() && coils.used_count() > kMinCoilsToBegin && doubted.is_out &&
         (doubted.contradicts_itself || doubted.jumped) && !most_are_out()) {
       coil.state = CoilState::kOutlier;
     }

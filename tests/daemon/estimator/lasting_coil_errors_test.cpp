@@ -9,6 +9,21 @@ namespace {
 constexpr int kSecond = 40;  // measurements
 constexpr int kNoticed = 4;  // of them, with noise of 4 mm
 
+void measure_displaced(FilterBench& bench, int count) {
+  for (int i = 0; i < count; ++i) {
+    bench.measure(0, 2);
+  }
+}
+
+/// Two seconds of right coils, then so many measurements with the middle one off by so much in z.
+FilterBench with_displaced_coil(double off_mm, int count) {
+  FilterBench bench;
+  bench.outlier_mm = off_mm;
+  bench.measure_times(2 * kSecond);
+  measure_displaced(bench, count);
+  return bench;
+}
+
 // By so little that the shape without it, which is known ever worse there, would soon agree with it.
 TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
   for (const bool with_images : {true, false}) {
@@ -35,42 +50,25 @@ TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
 }
 
 TEST(LastingCoilErrors, ACoilThatJumpsBackIsHeardAtOnce) {
-  FilterBench bench;
-  bench.outlier_mm = 12;
-  bench.measure_times(2 * kSecond);
-  for (int i = 0; i < 6 * kSecond; ++i) {
-    bench.measure(0, 2);
-  }
+  FilterBench bench = with_displaced_coil(12, 6 * kSecond);
   ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
   bench.measure_times(4);
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
 }
 
-// Where the tube itself whips, a coil is off by another way each time; and an end has a neighbour on one side
-// only.
-TEST(LastingCoilErrors, ACoilThatGoesOnMovingIsHeardAgain) {
-  FilterBench bench;
-  bench.measure_times(2 * kSecond);
-  for (int i = 0; i < 2 * kSecond; ++i) {
-    bench.outlier_mm = 12 - 0.5 * i;
+TEST(LastingCoilErrors, ACoilThatComesBackSlowlyIsHeardAgain) {
+  FilterBench bench = with_displaced_coil(12, kSecond);
+  for (; bench.outlier_mm > 0; bench.outlier_mm -= 0.5) {
     bench.measure(0, 2);
-    if (bench.outlier_mm <= 0) break;
   }
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
 }
 
 // While it is out something hides the tube, and the estimator begins again.
 TEST(LastingCoilErrors, NothingIsBegunWithIt) {
-  FilterBench bench;
-  bench.outlier_mm = 12;
-  bench.measure_times(2 * kSecond);
-  for (int i = 0; i < 2 * kSecond; ++i) {
-    bench.measure(0, 2);
-  }
+  FilterBench bench = with_displaced_coil(12, 2 * kSecond);
   bench.image_off_mm = 60;
-  for (int i = 0; i < 2 * kSecond; ++i) {
-    bench.measure(0, 2);
-  }
+  measure_displaced(bench, 2 * kSecond);
   bench.image_off_mm = 0;
   int used = 0;
   for (int i = 0; i < 4 * kSecond; ++i) {
