@@ -40,6 +40,7 @@ tubed_fuzz_target(vessel SOURCES ${vessel} drivers/laboratory/vessel/surface_mes
 add_library(fuzz_printing STATIC EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/clients/tubectl/watch/sample_json.cpp
                                                   ${PROJECT_SOURCE_DIR}/clients/tubectl/watch/sample_line.cpp)
 target_link_libraries(fuzz_printing PUBLIC tubed_client nlohmann_json::nlohmann_json)
+target_compile_definitions(fuzz_printing PUBLIC FMT_HEADER_ONLY)  # as the targets have it whose sources these are
 tubed_fuzz_target(estimate LINK fuzz_printing
                   SOURCES clients/evaluation/latency_statistics.cpp clients/tubectl/watch/stream_statistics.cpp clients/tubectl/watch/status_line.cpp
                           clients/evaluation/statistics.cpp)
