@@ -54,8 +54,8 @@ class RunFile {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::string series() { return text(DCM_SeriesInstanceUID); }
   [[nodiscard]] long number() { return std::strtol(text(DCM_InstanceNumber).c_str(), nullptr, 10); }
-  [[nodiscard]] int width() const { return columns_; }
-  [[nodiscard]] int height() const { return rows_; }
+  [[nodiscard]] int width() const { return static_cast<int>(columns_); }
+  [[nodiscard]] int height() const { return static_cast<int>(rows_); }
   [[nodiscard]] int frame_count() const { return frames_; }
   [[nodiscard]] int bits_stored() const { return stored_; }
   [[nodiscard]] PixelDepth depth() const {

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 constexpr std::int64_t kNsPerMicrosecond = 1'000;
-constexpr int kFractionDigits = 6;
 constexpr std::int64_t kMaxSeconds = 1'000'000'000;
 constexpr int kMaxBitsPerSecond = 100'000'000;
 
@@ -33,7 +32,7 @@ class Line {
     const auto end = std::to_chars(digits.begin(), digits.end(), value).ptr;
     put(std::string_view(digits.data(), static_cast<std::size_t>(end - digits.data())));
   }
-  /// Seconds with kFractionDigits digits.
+  /// Seconds with six digits of the fraction.
   void seconds(std::chrono::nanoseconds time) noexcept {
     const std::int64_t us = std::max<std::int64_t>(time.count(), 0) / kNsPerMicrosecond;
     number(us / 1'000'000);

@@ -70,7 +70,6 @@ class V4l2ImageSource final : public ImageSource, public HasCondition {
   bool delivers_ = false;
   bool is_silent_ = false;
   bool has_stamps_ = true;
-  bool is_ahead_ = false;                  ///< the newest picture's stamp, of its arrival
   std::optional<std::uint32_t> sequence_;  ///< of the newest picture of this stream
   std::uint32_t frame_number_ = 0;
   MonotonicTime newest_exposure_{};

@@ -271,7 +271,7 @@ function caption(view, image, age, is_live) {
   element.textContent = !view ? "no camera is known yet"
     : !is_wanted ? `${name}images are not shown here (tubed-view --images)`
     : !image ? `${name}no image has come`
-    : is_live ? `${name}${time_line.known ? `frame ${image.head.frame}` : "live"}, grey ${image.head.black} .. ${image.head.white}` : image.head.on ? `${name}images do not come${old}` : `${name}fluoroscopy is off${old}`;
+    : is_live ? `${name}${time_line.known ? `frame ${image.head.frame}` : "live"}, grey ${Math.max(0, image.head.black)} .. ${image.head.white}` : image.head.on ? `${name}images do not come${old}` : `${name}fluoroscopy is off${old}`;
 }
 
 function watermark(image) {
