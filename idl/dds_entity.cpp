@@ -44,13 +44,16 @@ constexpr const char* kRepairInTime =
     "<HeartbeatInterval min=\"5 ms\" minsched=\"5 ms\" max=\"1 s\">10 ms</HeartbeatInterval>"
     "<NackDelay>0 ms</NackDelay>";
 
+// What Cyclone receives fills a buffer of this size from end to end before its memory is used again. A daemon
+// receives little: in the default one of 1 MiB it would take more and more memory for half an hour.
+constexpr const char* kReceiveBuffer = "<Sizing><ReceiveBufferSize>256 KiB</ReceiveBufferSize></Sizing>";
+
 std::string domain_configuration(int domain, const std::string& network_interface) {
   // Without multicast (lo has none) participants find each other by trying ports in turn, 10 by default.
   const std::string peers = network_interface == "lo" ? "<Peers><Peer address=\"127.0.0.1\"/></Peers>" : "";
   return "<CycloneDDS><Domain><General><Interfaces>" + interface_element(network_interface) +
-         "</Interfaces></General><SharedMemory><Enable>false</Enable></SharedMemory>"
-         "<Discovery><ExternalDomainId>" +
-         std::to_string(domain) +
+         "</Interfaces></General><SharedMemory><Enable>false</Enable></SharedMemory>" + kReceiveBuffer +
+         "<Discovery><ExternalDomainId>" + std::to_string(domain) +
          "</ExternalDomainId><ParticipantIndex>auto</ParticipantIndex>"
          "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>" +
          peers + "</Discovery><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads>" +
