@@ -1,7 +1,8 @@
 """Whether what the documents tell a person to type can be typed: check_commands.py SOURCES FOLDER_OF_PROGRAMS.
 
 Every command of tubectl, tubed and tubed-view in a block of code or between back quotes of a Markdown file of the tree names verbs and options that the
-program's --help has. It says nothing of files and values. check_commands.py --self-test: wrong commands are found.
+program's --help has; so does every ./run, whose demo and view are tubectl's, and whose benchmarks are programs of their own; and a script of the tree
+that is run is there. It says nothing of other files and of values. check_commands.py --self-test: wrong commands are found.
 """
 import functools
 import pathlib
@@ -12,6 +13,7 @@ import sys
 
 PROGRAMS = ("tubectl", "tubed", "tubed-view", "tubed-exporter")
 CODE = re.compile(r"^(?:    |\t)(?P<indented>.*)$|`(?P<inline>[^`\n]+)`", re.MULTILINE)
+SCRIPT = re.compile(r"(?:\./)?(?:bench|clients|daemon|drivers|idl|systemd|tests)/[\w./-]+\.(?:py|sh)")
 FENCE = re.compile(r"^```[^\n]*\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -45,6 +47,8 @@ def commands_of(code):
             command.append(word)
         elif pathlib.PurePath(word).name in PROGRAMS and (word in PROGRAMS or "/bin/" in word):
             command = [pathlib.PurePath(word).name]
+        elif word == "./run" or SCRIPT.fullmatch(word):
+            command = [word]
 
 
 def split_options(words):
@@ -55,13 +59,15 @@ def split_options(words):
 class Helps:
     """What the programs' --help says, asked once a command."""
 
-    def __init__(self, folder):
-        self.folder = pathlib.Path(folder)
+    def __init__(self, sources, folder):
+        self.sources, self.folder = pathlib.Path(sources).absolute(), pathlib.Path(folder)
 
     @functools.lru_cache(maxsize=None)
     def of(self, *words):
         """None: there is no such program here, or no such verb."""
-        program = self.folder / words[0]
+        if "/" in words[0] and words[0] != "./run":  # a script, the folder of a benchmark
+            return "" if (self.sources / words[0]).exists() else None
+        program = (self.sources if words[0] == "./run" else self.folder) / words[0]
         if not program.exists():
             return None
         done = subprocess.run([program, *words[1:], "--help"], capture_output=True, text=True, timeout=30, check=False)
@@ -74,8 +80,28 @@ def names_of(text):
     return options, verbs
 
 
+def fault_of_run(words, helps):
+    """The same of ./run, which passes on what it does not know itself."""
+    commands = dict(re.findall(r"^  \./run (\w+)(.*)$", helps("./run"), re.MULTILINE))
+    if len(words) == 1 or not re.fullmatch(r"[a-z]+", words[1]):  # ./run itself, or COMMAND
+        return None
+    if words[1] not in commands:
+        return f"`./run` has no command '{words[1]}'"
+    if words[1] in ("demo", "view"):
+        return fault_of(["tubectl", *words[1:]], helps)
+    if words[1] != "bench" or len(words) == 2 or not re.fullmatch(r"[a-z][a-z_-]*", words[2]) or words[2] in ("all", "table"):
+        return None
+    if helps(f"bench/{words[2]}") is None:
+        return f"there is no benchmark '{words[2]}'"
+    return fault_of([f"{words[2]}_bench", *words[3:]], helps)
+
+
 def fault_of(words, helps):
     """What is wrong with a command; None: nothing."""
+    if words[0] == "./run":
+        return fault_of_run(words, helps)
+    if SCRIPT.fullmatch(words[0]):
+        return f"there is no {words[0]}" if helps(words[0]) is None else None
     path = [words[0]]
     if helps(*path) is None:
         return None  # not built here
@@ -111,9 +137,13 @@ def faults(sources, helps):
 
 
 def self_test():
-    helps = {("tubectl",): "  echo    Print\n  keys    Make\n", ("tubectl", "echo"): "  --count UINT  \n  -h,--help\n",
+    helps = {("tubectl",): "  echo    Print\n  keys    Make\n  demo    See\n", ("tubectl", "echo"): "  --count UINT  \n  -h,--help\n",
              ("tubectl", "keys"): "  add   One\n", ("tubectl", "keys", "add"): "  --days INT\n"}
-    for code, is_right in (("tubectl echo --count 3", True), ("tubectl echo --counts 3", False), ("tubectl ecko", False), ("tubectl VERB --help", True),
+    helps |= {("./run",): "  ./run demo [...]   see\n  ./run bench NAME  \n  ./run docs   \n", ("tubectl", "demo"): "  --web  \n", ("bench/load",): "",
+              ("load_bench",): "  --seconds N  \n", ("bench/grab",): "", ("tests/a.py",): ""}
+    for code, is_right in (("./run demo --web", True), ("./run demo --wed", False), ("./run doc", False), ("./run", True), ("./run COMMAND", True),
+                           ("./run bench load --seconds 3", True), ("./run bench load --second 3", False), ("./run bench laod", False),
+                           ("./run bench grab --not-built 3", True), ("python3 tests/a.py", True), ("tests/b.py X", False), ("tubectl echo --count 3", True), ("tubectl echo --counts 3", False), ("tubectl ecko", False), ("tubectl VERB --help", True),
                            ("tubectl keys add x --days=3 | grep --nothing", True), ("tubectl keys add x --dys=3", False),
                            ("a; build/release/bin/tubectl echo --no", False), ("see tubectl", True), ("tubectl echo # --comment", True)):
         wrong = [fault for words in commands_of(code) if (fault := fault_of(words, lambda *path: helps.get(path)))]
@@ -127,7 +157,7 @@ def main():
     if sys.argv[1:] == ["--self-test"]:
         return self_test()
     sources, folder = pathlib.Path(sys.argv[1]), sys.argv[2]
-    found, count = faults(sources, Helps(folder).of)
+    found, count = faults(sources, Helps(sources, folder).of)
     for where, fault in found:
         print(f"{where}: {fault}")
     print(f"{count} commands in the documents, {len(found)} cannot be typed")
