@@ -2,28 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace tubed {
 
-namespace {
-
-// Wrong in a new way, or as before: each as likely where there is a before.
-double in_either_way(double log_new, double log_as_before) {
-  if (!std::isfinite(log_as_before)) return log_new;
-  const double greater = std::max(log_new, log_as_before);
-  return greater + std::log(0.5 * std::exp(log_new - greater) + 0.5 * std::exp(log_as_before - greater));
-}
-
-}  // namespace
-
 CoilInnovations::CoilInnovations(int most_coils)
     : innovation_mm(Eigen::VectorXd::Zero(3 * most_coils)),
-      covariance_mm2(Eigen::MatrixXd::Zero(3 * most_coils, 3 * most_coils)) {
-  log_as_before.fill(-std::numeric_limits<double>::infinity());
-}
+      covariance_mm2(Eigen::MatrixXd::Zero(3 * most_coils, 3 * most_coils)) {}
 
 CoilFaults::CoilFaults(const CoilFaultModel& model, int most_coils)
     : model_(model), cholesky_(Eigen::MatrixXd::Zero(3 * most_coils, 3 * most_coils)) {}
@@ -67,9 +53,7 @@ void CoilFaults::visit(const CoilInnovations& all, int k, const Subset& subset) 
     }
     next.wrong |= is_wrong ? 1U << index : 0U;
     next.wrong_count += is_wrong ? 1 : 0;
-    const double log_density = log_likelihood(rest, k, is_wrong);
-    next.log_weight += is_wrong ? log_wrong_[index] + in_either_way(log_density, all.log_as_before[index])
-                                : log_right_[index] + log_density;
+    next.log_weight += (is_wrong ? log_wrong_[index] : log_right_[index]) + log_likelihood(rest, k, is_wrong);
     visit(all, k + 1, next);
   }
 }

@@ -16,16 +16,13 @@ struct CoilInnovations {
   std::array<int, kMaxCoils> coil{};  ///< their indices
   Eigen::VectorXd innovation_mm;      ///< 3 a coil, world frame
   Eigen::MatrixXd covariance_mm2;     ///< 3 x 3 a pair of coils, noise included
-  /// Of coils that were wrong before: how likely they say what they say if they are wrong by the same as
-  /// then, logarithm of the density without (2 pi)^(-3/2); minus infinity for the others.
-  std::array<double, kMaxCoils> log_as_before{};
 };
 
 /// Belief of each coil as a chain of two states, right or wrong. A measurement is judged by the joint
 /// innovation of all its coils under every subset of wrong ones: right coils N(0, S), wrong ones N(0, S +
-/// distance^2 I), or as wrong as they were before. So a coil that the others contradict is told from a tube
-/// that has moved otherwise than expected, for which their innovations are correlated. What is carried on is
-/// the marginal of each coil. Working memory is taken in the constructor.
+/// distance^2 I). So a coil that the others contradict is told from a tube that has moved otherwise than
+/// expected, for which their innovations are correlated. What is carried on is the marginal of each coil.
+/// Working memory is taken in the constructor.
 class CoilFaults {
  public:
   /// Of more coils not all subsets are asked: those that differ in at most kMaxChanges from what was likelier

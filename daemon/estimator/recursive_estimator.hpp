@@ -56,13 +56,12 @@ class RecursiveEstimator final : public RestShapedEstimator {
 
   /// A coil that is less likely right than wrong.
   struct DoubtedCoil {
-    bool is_out = false;                       ///< of the newest measurement
-    MonotonicTime since{};                     ///< steadily
-    bool alone_as_well = false;                ///< the coils of an instant alone contradict it, too
-    int cleared_times = 0;                     ///< in a row that they were asked and did not
-    std::optional<Eigen::Vector3d> off_mm;     ///< the shape, the last time; world
-    bool contradicts_itself = false;           ///< it said something else the time before
-    std::optional<Eigen::Vector3d> steady_mm;  ///< off_mm, its mean over the last seconds
+    bool is_out = false;                    ///< of the newest measurement
+    MonotonicTime since{};                  ///< steadily
+    bool alone_as_well = false;             ///< the coils of an instant alone contradict it, too
+    int cleared_times = 0;                  ///< in a row that they were asked and did not
+    std::optional<Eigen::Vector3d> off_mm;  ///< the shape, the last time; world
+    bool contradicts_itself = false;        ///< it said something else the time before
     bool jumped = false;  ///< it went wrong from one measurement to the next, and no other did
   };
 
@@ -176,7 +175,6 @@ class RecursiveEstimator final : public RestShapedEstimator {
   [[nodiscard]] bool most_are_out() const;
   [[nodiscard]] bool is_lost() const;
   void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
-  double log_as_before(int coil, const Eigen::Vector3d& off_mm, const Eigen::Matrix3d& innovation_mm2);
   void leave_out_as_found(const CoilObservations& coils);
   void leave_out_doubted(CoilObservations& coils) const;
   void leave_out_erratic(CoilObservations& coils) const;

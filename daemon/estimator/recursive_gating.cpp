@@ -1,7 +1,6 @@
 // Which coils the recursive estimator believes.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "daemon/estimator/recursive_estimator.hpp"
 
@@ -22,9 +21,7 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kConfirmedFor_s = 0.5;
-constexpr double kSteady = 16.3;          // chi^2 of the difference of two measurements, 3 dof: 0.001
-constexpr double kSteadyWithin_mm = 1.5;  // an axis, over kSteadyFor_s: of a coil that jumped
-constexpr double kSteadyFor_s = 2;
+constexpr double kSteady = 16.3;     // chi^2 of the difference of two measurements, 3 dof: 0.001
 constexpr double kCalm = 11.3;       // chi^2 of a coil, 3 dof: 0.01
 constexpr double kJump_mm = 6;       // of one coil, from one measurement to the next
 constexpr int kMinCoilsToBegin = 2;  // coils: better a doubtful one among them than no shape at all
@@ -81,26 +78,8 @@ void RecursiveEstimator::measure_innovations(const CoilObservations& coils) {
     const double noise_mm = state_.noise.noise_position_mm();
     all.covariance_mm2.block<3, 3>(row, row) = covariance_of(own, own);
     all.covariance_mm2.block<3, 3>(row, row).diagonal().array() += noise_mm * noise_mm;
-    all.log_as_before[static_cast<std::size_t>(all.count)] =
-        log_as_before(i, off_coil_mm(coil, state_.C), all.covariance_mm2.block<3, 3>(row, row));
     ++all.count;
   }
-}
-
-// A coil that is off by what it has been off by for a while: a tube that moves otherwise than expected leaves
-// it by another way each time. One that is elsewhere is no longer said to have jumped.
-double RecursiveEstimator::log_as_before(int coil, const Eigen::Vector3d& off_mm,
-                                         const Eigen::Matrix3d& innovation_mm2) {
-  DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(coil)];
-  if (!doubted.jumped || !doubted.steady_mm) return -std::numeric_limits<double>::infinity();
-  // Of the measurement and of the shape, and of what it is compared with.
-  const double noise_mm = state_.noise.noise_position_mm();
-  Eigen::Matrix3d covariance_mm2 = innovation_mm2;
-  covariance_mm2.diagonal().array() += noise_mm * noise_mm + kSteadyWithin_mm * kSteadyWithin_mm;
-  const Eigen::Vector3d way_mm = off_mm - *doubted.steady_mm;
-  const double chi_squared = way_mm.dot(covariance_mm2.inverse() * way_mm);
-  doubted.jumped = chi_squared < kSteady;
-  return -0.5 * chi_squared - 0.5 * std::log(covariance_mm2.determinant());
 }
 
 // A coil that is less likely right than wrong takes no part, and comes back when it says the same twice: what
@@ -122,7 +101,6 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     if (!coil.used()) {
       doubted.is_out = doubted.contradicts_itself = false;
       doubted.off_mm.reset();
-      doubted.steady_mm.reset();
       continue;
     }
     const Eigen::Vector3d off_mm = off_coil_mm(coil, state_.C);
@@ -136,8 +114,6 @@ double RecursiveEstimator::judge_coils(CoilObservations& coils, MonotonicTime ti
     }
     coil.state = CoilState::kOutlier;
     doubted.off_mm = off_mm;
-    const Eigen::Vector3d steady_mm = doubted.steady_mm.value_or(off_mm);
-    doubted.steady_mm = steady_mm + std::clamp(interval_s / kSteadyFor_s, 0.0, 1.0) * (off_mm - steady_mm);
     doubted.since = doubted.is_out && !doubted.contradicts_itself ? doubted.since : time;
     doubted.is_out = true;
     newly_out += was_out ? 0 : 1;
@@ -255,7 +231,6 @@ void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
       if (!doubted.contradicts_itself) {  // such a one was not asked
         doubted.alone_as_well = true;
         doubted.off_mm.reset();  // that was another shape
-        doubted.steady_mm.reset();
       }
       doubted.is_out = true;
       doubted.since = state_.time;

@@ -170,22 +170,6 @@ TEST(CoilFaults, OfACoilThatSaysNothingNothingChanges) {
   EXPECT_LT(beliefs[2], 0.01);
 }
 
-// Its innovation is expected, but no more than that it is off as it was.
-TEST(CoilFaults, ACoilThatIsAsWrongAsBeforeIsNotTakenForRight) {
-  const CoilFaultModel model;
-  CoilInnovations one = independent(1, 25);
-  one.innovation_mm << 9, 0, 0;
-  CoilBeliefs beliefs = beliefs_at_first(model);
-  beliefs[0] = 0.2;
-  CoilFaults(model, 1).weigh(one, beliefs);
-  EXPECT_GT(beliefs[0], 0.5);
-
-  beliefs[0] = 0.2;
-  one.log_as_before[0] = 0;  // N(0, 1) at its middle
-  CoilFaults(model, 1).weigh(one, beliefs);
-  EXPECT_LT(beliefs[0], 0.05);
-}
-
 TEST(CoilFaults, BeliefReturnsInTheMeanTime) {
   const CoilFaultModel model{.probability = 0, .lasting_s = 0.5, .distance_mm = 30};
   double belief = 0;
