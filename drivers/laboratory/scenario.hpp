@@ -69,6 +69,9 @@ struct Scenario {
   ConsoleSettings console{};         ///< what is done to them on their way
   bool is_braided = false;           ///< the catheter's wall, with steel wire
   std::vector<double> marker_bands_mm{};  ///< of gold, on the catheter: middles, from the tip
+  /// Another catheter like it, without coils, lies beside it in the vessel: it is withdrawn while this one is
+  /// pushed, so that their tips pass each other.
+  bool has_twin = false;
 
   [[nodiscard]] bool fluoroscopy_on(double t_s) const;
   /// Until the last command has been carried out.

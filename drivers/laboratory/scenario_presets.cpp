@@ -261,6 +261,17 @@ Scenario console(std::int64_t seed) {
   return scenario;
 }
 
+/// As "field", with another catheter like it in the same vessel.
+Scenario twins(std::int64_t seed) {
+  Scenario scenario = field(seed);
+  scenario.name = "twins";
+  scenario.meaning =
+      "field, and an equal catheter without coils beside it, withdrawn while this one is pushed: their tips "
+      "pass each other";
+  scenario.has_twin = true;
+  return scenario;
+}
+
 /// As "field", with a catheter of 9 Fr, seen by a panel of today.
 Scenario flat_panel(std::int64_t seed) {
   Scenario scenario = field(seed);
@@ -327,7 +338,7 @@ struct Preset {
   std::string_view name;
   Scenario (*make)(std::int64_t seed);
 };
-constexpr std::array<Preset, 11> kPresets{{{"paper", paper},
+constexpr std::array<Preset, 12> kPresets{{{"paper", paper},
                                            {"field", field},
                                            {"frozen", frozen},
                                            {"clinical", clinical},
@@ -337,7 +348,8 @@ constexpr std::array<Preset, 11> kPresets{{{"paper", paper},
                                            {"preshaped", preshaped},
                                            {"flatpanel", flat_panel},
                                            {"console", console},
-                                           {"to-and-fro", to_and_fro}}};
+                                           {"to-and-fro", to_and_fro},
+                                           {"twins", twins}}};
 
 }  // namespace
 

@@ -127,6 +127,9 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
       scene_.catheters.push_back(rod_of(instruments[i], *scenario));
     }
   }
+  if (scenario->has_twin) {
+    scene_.catheters.push_back(scene_.catheters.front());
+  }
 }
 
 void SimulatedView::look_from(const ViewGeometry& view) {
@@ -145,13 +148,19 @@ void SimulatedView::look_from(const ViewGeometry& view) {
 
 void SimulatedView::place_catheters(const SimulatedWorld& world, double t_s) {
   std::size_t rod = 0;
+  const auto place = [&](const auto& point) {
+    Eigen::Matrix3Xd& points = scene_.catheters[rod++].centreline_room_mm;
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      points.col(i) = point(kRodStep_mm * static_cast<double>(i));
+    }
+  };
   for (int instrument = 0; instrument < static_cast<int>(world.room().instruments.size()); ++instrument) {
     if (world.catheter_of(instrument) == instrument) {
-      Eigen::Matrix3Xd& points = scene_.catheters[rod++].centreline_room_mm;
-      for (Eigen::Index i = 0; i < points.cols(); ++i) {
-        points.col(i) = world.point(instrument, t_s, kRodStep_mm * static_cast<double>(i));
-      }
+      place([&](double s_mm) { return world.point(instrument, t_s, s_mm); });
     }
+  }
+  if (world.scenario()->has_twin) {
+    place([&](double s_mm) { return world.twin_point(t_s, s_mm); });
   }
 }
 

@@ -17,6 +17,7 @@ constexpr double kTravel_mm = 75;            ///< to either side of it
 constexpr double kTurnOfNextVessel_rad = 0.35;
 constexpr double kDelayOfNextRun_s = 5;
 const Eigen::Vector3d kOffsetOfNextVessel_mm(14, 8, 0);
+const Eigen::Vector3d kOffsetOfTwin_mm(2.1, 2.1, 0);  // 3 mm: beside each other in one vessel
 
 /// Bend directions count from the normal, which points to image left; a quarter turn on is depth.
 std::vector<VesselPiece> aortic_arch() {
@@ -148,6 +149,11 @@ double SimulatedWorld::insertion_mm(int instrument, double t_s) const {
 
 Eigen::Vector3d SimulatedWorld::point(int instrument, double t_s, double s_mm) const {
   return at(instrument, t_s, s_mm).p_world_mm;
+}
+
+// The run is pushed in and pulled back in turn: half a turn later it goes the other way.
+Eigen::Vector3d SimulatedWorld::twin_point(double t_s, double s_mm) const {
+  return run_->at(t_s + run_->duration_s(), s_mm).p_world_mm + kOffsetOfTwin_mm;
 }
 
 Eigen::Vector3d SimulatedWorld::tangent(int instrument, double t_s, double s_mm) const {

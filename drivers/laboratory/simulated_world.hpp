@@ -52,6 +52,8 @@ class SimulatedWorld {
   /// Centreline of the instrument (index in the room's list) at `t_s` seconds since the epoch, `s_mm` from
   /// its tip; s_mm may be beyond its length. World frame, mm.
   [[nodiscard]] Eigen::Vector3d point(int instrument, double t_s, double s_mm) const;
+  /// The same of the catheter beside it that the scenario has (Scenario::has_twin), which no tracker sees.
+  [[nodiscard]] Eigen::Vector3d twin_point(double t_s, double s_mm) const;
   /// Unit tangent there, toward the tip, world frame.
   [[nodiscard]] Eigen::Vector3d tangent(int instrument, double t_s, double s_mm) const;
   /// How far the tip has come along its vessel, mm from the entry.
