@@ -82,7 +82,7 @@ def names_of(text):
 
 def fault_of_run(words, helps):
     """The same of ./run, which passes on what it does not know itself."""
-    commands = dict(re.findall(r"^  \./run (\w+)(.*)$", helps("./run"), re.MULTILINE))
+    commands = re.findall(r"^  \./run (\w+)", helps("./run"), re.MULTILINE)
     if len(words) == 1 or not re.fullmatch(r"[a-z]+", words[1]):  # ./run itself, or COMMAND
         return None
     if words[1] not in commands:
@@ -143,7 +143,8 @@ def self_test():
               ("load_bench",): "  --seconds N  \n", ("bench/grab",): "", ("tests/a.py",): ""}
     for code, is_right in (("./run demo --web", True), ("./run demo --wed", False), ("./run doc", False), ("./run", True), ("./run COMMAND", True),
                            ("./run bench load --seconds 3", True), ("./run bench load --second 3", False), ("./run bench laod", False),
-                           ("./run bench grab --not-built 3", True), ("python3 tests/a.py", True), ("tests/b.py X", False), ("tubectl echo --count 3", True), ("tubectl echo --counts 3", False), ("tubectl ecko", False), ("tubectl VERB --help", True),
+                           ("./run bench grab --not-built 3", True), ("python3 tests/a.py", True), ("tests/b.py X", False),
+                           ("tubectl echo --count 3", True), ("tubectl echo --counts 3", False), ("tubectl ecko", False), ("tubectl VERB --help", True),
                            ("tubectl keys add x --days=3 | grep --nothing", True), ("tubectl keys add x --dys=3", False),
                            ("a; build/release/bin/tubectl echo --no", False), ("see tubectl", True), ("tubectl echo # --comment", True)):
         wrong = [fault for words in commands_of(code) if (fault := fault_of(words, lambda *path: helps.get(path)))]

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -36,7 +37,7 @@ class PicturedWorld {
   SimulatedWorld world_;
 };
 
-/// Index of the pixel in which a point is seen; -1 outside of the image and near its edge.
+/// Index of the pixel in which a point, mm in the world, is seen; -1 outside of the image and near its edge.
 std::ptrdiff_t pixel_of(const CameraCalibration& camera, const Eigen::Vector3d& p_world_mm) {
   constexpr int kEdge_px = 20;
   const Eigen::Vector3d p_mm = camera.T_camera_world * p_world_mm;
@@ -59,14 +60,14 @@ TEST(Twins, TheirTipsPassEachOther) {
   EXPECT_EQ(twins.world().room().instruments.size(), 1) << "no tracker sees the other one";
 }
 
-TEST(Twins, TheOtherOneIsAsDarkInThePictureAsTheTracked) {
+TEST(Twins, TheOtherOneIsInThePicture) {
   constexpr double kBefore_s = 4;  // they meet
   const PicturedWorld twins("twins");
   const PicturedWorld alone("field");
   const std::vector<std::uint8_t> both = twins.picture_at(kBefore_s);
   const std::vector<std::uint8_t> one = alone.picture_at(kBefore_s);
   double darker = 0;
-  double as_dark = 0;
+  double beside_darker = 0;
   int count = 0;
   for (double s_mm = 20; s_mm < 120; s_mm += 1) {
     const std::ptrdiff_t other = pixel_of(twins.camera(), twins.world().twin_point(kBefore_s, s_mm));
@@ -74,12 +75,12 @@ TEST(Twins, TheOtherOneIsAsDarkInThePictureAsTheTracked) {
         pixel_of(twins.camera(), twins.world().twin_point(kBefore_s, s_mm) + Eigen::Vector3d(12, 12, 0));
     if (other < 0 || beside < 0) continue;
     darker += one[static_cast<std::size_t>(other)] - both[static_cast<std::size_t>(other)];
-    as_dark += one[static_cast<std::size_t>(beside)] - both[static_cast<std::size_t>(beside)];
+    beside_darker += one[static_cast<std::size_t>(beside)] - both[static_cast<std::size_t>(beside)];
     ++count;
   }
   ASSERT_GT(count, 30);
   EXPECT_GT(darker / count, 8);
-  EXPECT_NEAR(as_dark / count, 0, 2) << "and nothing beside it";
+  EXPECT_NEAR(beside_darker / count, 0, 2) << "and nothing beside it";
 }
 
 }  // namespace
