@@ -185,7 +185,11 @@ void RecursiveEstimator::judge_shape(const Observation& observation, const CoilO
   }
   const double distance = distance_from_coils(coils, state_.C);
   if (distance < kDoubtedFrom * coils.used_count()) {
-    state_.doubted_times = is_caught(observation, coils, distance, estimate) ? kDoubtedTimes : 0;
+    if (is_caught(observation, coils, distance, estimate)) {
+      doubt(1);
+    } else {
+      state_.doubted_times = 0;
+    }
     return;
   }
   images_ = ImageVerdict::kContradicts;

@@ -60,11 +60,12 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   if (!coils.hold_tip() && rest_ == nullptr && (state_.tip_is_missed || tip_is_out_of_reach())) {
     trace_tip(observation, coils.first_used_mm(), estimate);
   }
+  const TubePrediction prediction{&C_before_, &state_.P};
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked =
-        views_.measure(observation, map_.spline(), coefficients_, {reach, loose_mm == 0, 0, true}, estimate);
+    looked = views_.measure(observation, map_.spline(), coefficients_,
+                            {reach, loose_mm == 0, 0, true, &prediction}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) {
       break;

@@ -11,6 +11,7 @@
 #include "daemon/estimator/tube_map.hpp"
 #include "daemon/image/image_likelihood.hpp"
 #include "daemon/image/mark_search.hpp"
+#include "daemon/image/predicted_lines.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/seen_tube.hpp"
 
@@ -33,6 +34,8 @@ struct TubeSearch {
   /// Marks as well. Not by who compares shapes by their cost, or asks how far an image pulls coils: a mark
   /// that is found on one of them and not on the other, or a wrong arc length, would decide.
   bool asks_marks = false;
+  /// Which of two ridges side by side is the tube's, it decides; nullptr: the image alone does.
+  const TubePrediction* prediction = nullptr;
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.

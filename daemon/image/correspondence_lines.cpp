@@ -181,12 +181,21 @@ void LineSearch::find(std::array<CorrespondenceLine, kMaxLines>& lines, int coun
   if (!is_thorough_) {
     return;
   }
+  const auto searched = std::span(lines).first(static_cast<std::size_t>(count));
+  const auto evidence = std::span(evidence_).first(static_cast<std::size_t>(count));
+  if (choice_.prefer(searched, reach_px, evidence)) {
+    run_chain(count, states, transition_px);
+    find_moments(lines, count, reach_px);
+    if (choice_.settle(searched, reach_px, evidence)) {
+      run_chain(count, states, transition_px);
+      find_moments(lines, count, reach_px);
+    }
+  }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     const double state = lines[i].offset_px + reach_px;
     const bool is_one = state >= 0 && state <= states - 1;  // what is no number is none
     on_ridge_[i] = is_one && evidence_[i][static_cast<std::size_t>(std::lround(state))] > 1;
   }
-  const auto searched = std::span(lines).first(static_cast<std::size_t>(count));
   if (!claims_.find(searched, on_ridge_)) {
     return;
   }

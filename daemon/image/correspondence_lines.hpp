@@ -8,6 +8,7 @@
 #include "daemon/image/correspondence_line.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "daemon/image/line_profiles.hpp"
+#include "daemon/image/ridge_choice.hpp"
 #include "daemon/image/ridge_claims.hpp"
 
 namespace tubed {
@@ -15,9 +16,10 @@ namespace tubed {
 /// Finds the offsets of neighbouring lines together: a chain whose states are offsets along each line, whose
 /// transitions prefer a smooth tube and whose evidence is the vesselness, or how tube-like the pixels are.
 /// Mean and variance of each line's posterior come from the forward-backward recursion, so a faint stretch is
-/// carried by its neighbours and says so by a larger variance. Where two stretches of the tube have found one
-/// ridge, one of them looks again without it. Called by the optimizer thread; memory is the
-/// object itself, search() never allocates.
+/// carried by its neighbours and says so by a larger variance. Where another tube's ridge lies beside the
+/// tube's, RidgeChoice says which is which; where two stretches of the tube have found one ridge, one of them
+/// looks again without it. Called by the optimizer thread; memory is the object itself, search() never
+/// allocates.
 class LineSearch {
  public:
   static constexpr int kMaxLines = kMaxCorrespondenceLines;
@@ -53,8 +55,8 @@ class LineSearch {
                 std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px);
 
  private:
-  static constexpr int kMaxStates = 2 * kMaxReach + 1;
-  using Row = std::array<float, kMaxStates>;
+  static constexpr int kMaxStates = RidgeChoice::kMaxStates;
+  using Row = RidgeChoice::Row;
 
   void sample(const ImageMeasurement& image, const std::array<CorrespondenceLine, kMaxLines>& lines,
               int count, int reach_px);
@@ -81,6 +83,7 @@ class LineSearch {
   std::array<float, kMaxLines> peaks_;
   std::array<bool, kMaxLines> on_edge_;
   LineProfiles profiles_;
+  RidgeChoice choice_;
   RidgeClaims claims_;
   RidgeClaims::PerLine on_ridge_{};
   RidgeClaims::PerLine sees_another_{};

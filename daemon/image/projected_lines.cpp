@@ -87,6 +87,7 @@ int project_lines(const Camera& camera, const UniformCubicBSpline& spline, const
     CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
     const CubicBasis basis = spline.basis(layout.s_mm(i));
     const auto projection = camera.project(combine(C, basis.first, basis.value));
+    line.expected_variance_px2 = 0;
     line.in_view = projection && camera.contains(projection->p_image_px, kViewMargin_px) &&
                    !is_masked(camera.calibration(), projection->p_image_px);
     if (!line.in_view) {

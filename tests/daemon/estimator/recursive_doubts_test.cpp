@@ -353,6 +353,8 @@ TEST(RecursiveDoubts, ImagesThatCreepAwayFromTheCoilsAreNotFollowedForEver) {
 TEST(RecursiveDoubts, AStretchCaughtBesideTheTubeIsGivenUpOnceTheTubeIsSeen) {
   FilterBench bench;
   ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
+  bench.measure_times(4);  // one image: another catheter beside the tube may look better in one
+  EXPECT_GT(bench.beside_mm(), 9);
   bench.measure_times(4);
   EXPECT_LT(bench.beside_mm(), 2);
 }
@@ -371,7 +373,7 @@ TEST(RecursiveDoubts, AStretchCaughtInOneViewIsGivenUpThoughAnotherShowsItsOwnWe
   FilterBench bench(room_with_two_views());
   ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
   ASSERT_GT(bench.estimate->image_inlier_ratio, 0.9F);
-  bench.measure_times(4);
+  bench.measure_times(8);
   EXPECT_LT(bench.beside_mm(), 2);
 }
 

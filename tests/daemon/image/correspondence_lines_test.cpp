@@ -225,6 +225,66 @@ TEST(LineSearch, StandsVesselnessThatIsNoNumber) {
   EXPECT_LT(outcome.inlier_ratio, 0.5);
 }
 
+/// A tube at y = 97 and another, darker one at y = 103; the lines lie between them.
+struct TwoTubes : Search {
+  ImageMeasurement image = two_ridges(103, 97, 0.8F);
+
+  /// Every line's tube at this y, give or take `sigma_px`.
+  void predict(double y, double sigma_px) {
+    for (int i = 0; i < kLines; ++i) {
+      lines[static_cast<std::size_t>(i)].expected_px = y - 100;
+      lines[static_cast<std::size_t>(i)].expected_variance_px2 = sigma_px * sigma_px;
+    }
+  }
+  [[nodiscard]] const CorrespondenceLine& line(int i) const { return lines[static_cast<std::size_t>(i)]; }
+};
+
+TEST(LineSearch, OfTwoTubesThePredictedOneIsTheOwn) {
+  TwoTubes nobody_knows;
+  nobody_knows.run(nobody_knows.image);
+  EXPECT_GT(nobody_knows.line(30).offset_px, 2) << "the darker one, while nobody says otherwise";
+  for (const double y : {97.0, 103.0}) {
+    TwoTubes tubes;
+    tubes.predict(y, 1.5);
+    EXPECT_GT(tubes.run(tubes.image).inlier_ratio, 0.95);
+    for (int i = 2; i + 2 < kLines; ++i) {
+      EXPECT_NEAR(tubes.line(i).offset_px, y - 100, 0.5) << i;
+    }
+  }
+}
+
+TEST(LineSearch, APredictionThatKnowsLittleDecidesNothing) {
+  TwoTubes nobody_knows;
+  nobody_knows.run(nobody_knows.image);
+  TwoTubes tubes;
+  tubes.predict(97, 30);
+  tubes.run(tubes.image);
+  for (int i = 0; i < kLines; ++i) {
+    EXPECT_EQ(tubes.line(i).offset_px, nobody_knows.line(i).offset_px) << i;
+  }
+}
+
+// It is fused with what the lines say afterwards: were it in there it would count twice.
+TEST(LineSearch, ThePredictionIsNotInWhatIsFound) {
+  for (const double expected_px : {3.0, 4.5, -5.0}) {
+    const ImageMeasurement image =
+        vesselness_with_ridge([](int x) { return x < 120 ? 103.0 : -1000.0; }, 0.1);
+    Search unpredicted;
+    unpredicted.run(image);
+    Search search;
+    for (CorrespondenceLine& line : search.lines) {
+      line.expected_px = expected_px;
+      line.expected_variance_px2 = 0.01;
+    }
+    search.run(image);
+    for (int i = 0; i < kLines; ++i) {
+      const CorrespondenceLine& line = search.lines[static_cast<std::size_t>(i)];
+      EXPECT_EQ(line.offset_px, unpredicted.lines[static_cast<std::size_t>(i)].offset_px) << i;
+      EXPECT_EQ(line.variance_px2, unpredicted.lines[static_cast<std::size_t>(i)].variance_px2) << i;
+    }
+  }
+}
+
 TEST(RidgeClaims, StandsWhateverItIsGiven) {
   const auto claims = std::make_unique<RidgeClaims>();
   RidgeClaims::PerLine yes;
