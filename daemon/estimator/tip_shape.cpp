@@ -66,7 +66,7 @@ void TipShape::reset() {
 bool TipShape::is_due(MonotonicTime instant) const {
   const bool is_known = std::all_of(records_.begin(), records_.end(),
                                     [](const Record& record) { return record.asked >= kMinRounds; }) &&
-                        (active_ || gain() < kDropped);
+                        (active_ ? records_[*active_].mean_gain > kAdopted : gain() < kDropped);
   return to_ns(asked_) == 0 || instant < asked_ ||
          seconds_between(asked_, instant) >= (is_known ? kAskWhenKnown_s : kAskEvery_s);
 }
@@ -178,7 +178,7 @@ bool TipShape::decide() {
   const std::optional<std::size_t> before = active_;
   const bool is_sure = record.asked >= kMinRounds;
   if (configured_ == RestShape::kUnknown) {
-    if (active_ && is_sure && record.mean_gain < kDropped) {
+    if (active_ && is_sure && records_[*active_].mean_gain < kDropped) {
       active_.reset();
     } else if ((record.asked > 1 && record.gain > kAdoptedAtOnce) ||
                (is_sure && record.mean_gain > kAdopted)) {

@@ -157,6 +157,17 @@ TEST(TipShape, AHookThatIsGoneIsDropped) {
   EXPECT_EQ(bench.shape->rest(), nullptr);
 }
 
+// While it is in doubt it is asked for as often as at a beginning.
+TEST(TipShape, AHookThatIsGoneIsDroppedWithinSeconds) {
+  TipBench bench(kHook, 6);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  ASSERT_NE(bench.shape->rest(), nullptr);
+  bench.tube = kStraight;
+  int images = 0;
+  while (bench.shape->rest() != nullptr && images < 40) bench.ask(), ++images;
+  EXPECT_LT(0.6 * images, 10) << "seconds";
+}
+
 TEST(TipShape, TwoSidesAreTenDegreesApartAndOfTheSameSecond) {
   TipBench bench({8, 14, 1}, 15, RestShape::kHook);
   for (int i = 0; i < 4; ++i) bench.ask();
