@@ -44,18 +44,30 @@ def opened(bed, state="valid"):
     return window
 
 
-def shoot(window, folder, name, state, words=""):
-    """When the page is in that state; another picture where it has left it meanwhile (a busy machine)."""
+# When a picture lacked something because the browser had no time for it: an image that came long ago, a room without the shape.
+WATCH_CAPTIONS = """
+if (!window.lacks) {
+  window.lacks = [];
+  const [image, room] = ["#image-caption", "#room-caption"].map((id) => document.querySelector(id));
+  const note = () => lacks.push({ wall: Date.now(), is: image.classList.contains("warn") || room.textContent.includes("unknown") });
+  const watcher = new MutationObserver(note);
+  for (const each of [image, room]) watcher.observe(each, { attributes: true, childList: true, characterData: true, subtree: true });
+  note();
+}"""
+
+
+def shoot(window, folder, name, state, words="", is_whole=True):
+    """When the page is in that state; another picture where it has left it meanwhile (a busy machine), or, of a whole one, where it lacks something."""
     # Taking pictures holds a busy page up, which its watchdog would show.
-    window.run("document.querySelector('#watchdog')?.remove();")
+    window.run("document.querySelector('#watchdog')?.remove();" + WATCH_CAPTIONS)
     for _ in range(20):
         window.wait(f"document.body.classList.contains('{state}') && document.querySelector('#why').textContent.includes('{words}')",
                     f"{name}: {state}, {words}", 20)
         for at, png in reversed(window.frames(1.5)):
-            if was(window, "none" if state == "silent" else state, words, at):
+            if was(window, "none" if state == "silent" else state, words, at) and not (is_whole and lacked(window, at)):
                 save(folder / f"{name}.png", base64.b64decode(png))
                 return beds.say(f"{name}.png")
-    raise beds.Failure(f"{name}: the page does not stay {state}")
+    raise beds.Failure(f"{name}: the page does not stay {state}, or has no time for its images")
 
 
 def save(path, png):
@@ -63,6 +75,14 @@ def save(path, png):
     path.write_bytes(png)
     if shutil.which("pngquant"):
         subprocess.run(["pngquant", "--force", "--strip", "--ext", ".png", "64", str(path)], check=True)
+
+
+def lacked(window, at, for_s=0.08):
+    """Whether something lacked at that instant or shortly before or after."""
+    notes = window.run("return lacks;")
+    before = [each for each in notes if each["wall"] / 1000 <= at - for_s]
+    about = [each for each in notes if at - for_s < each["wall"] / 1000 < at + for_s]
+    return any(each["is"] for each in before[-1:] + about)
 
 
 def was(window, state, words, at, for_s=0.08):
@@ -87,7 +107,7 @@ def demo(bed, folder):
     time.sleep(4)
     press("Fluoroscopy off")
     time.sleep(3)
-    shoot(window, folder, "fluoroscopy-off", "valid", "fluoroscopy is off")
+    shoot(window, folder, "fluoroscopy-off", "valid", "fluoroscopy is off", is_whole=False)
     press("Repair all")
     time.sleep(4)
     press("Pan table by 5 mm")
@@ -97,7 +117,7 @@ def demo(bed, folder):
     time.sleep(6)
     press("Tracker stalls")
     time.sleep(0.7)
-    shoot(window, folder, "invalid", "none", "tracker sends nothing new")
+    shoot(window, folder, "invalid", "none", "tracker sends nothing new", is_whole=False)
     time.sleep(4)
     window.run("document.querySelector('#help').showModal();")
     window.picture(folder / "help.png")
@@ -106,7 +126,7 @@ def demo(bed, folder):
     daemon = next(pid for pid in children(process.pid) if pathlib.Path(f"/proc/{pid}/comm").read_text().strip() == "tubed")
     os.kill(daemon, signal.SIGSTOP)
     time.sleep(1)
-    shoot(window, folder, "nothing", "silent")
+    shoot(window, folder, "nothing", "silent", is_whole=False)
     os.kill(daemon, signal.SIGCONT)
     window.close()
     process.terminate()
