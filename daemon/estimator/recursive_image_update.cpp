@@ -67,9 +67,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
     looked = views_.measure(observation, map_.spline(), coefficients_,
                             {reach, loose_mm == 0, 0, true, &prediction}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
-    if (lines.empty()) {
-      break;
-    }
+    if (lines.empty()) break;
     refine(lines, estimate);
   }
   test_mirrored(lines, coils, estimate);

@@ -9,9 +9,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kShortest_px_per_mm = 0.2;  // below, the marks lie along the rays
-constexpr double kSigmaMark_px = 0.5;        // of all marks together, beside the shift's own
-constexpr int kTipDirection = 3;             // lines over which the tip's direction is taken
+constexpr double kSigmaMark_px = 0.5;  // of all marks together, beside the shift's own
 
 double square(double x) { return x * x; }
 

@@ -13,17 +13,15 @@ namespace tubed {
 
 namespace {
 
-constexpr double kShortest_px_per_mm = 0.2;  // below, the tip points at the source and has no direction
-constexpr int kFewestLines = 10;             // with fewer lines in view an image says nothing
-constexpr double kFewestAgreeing = 0.5;      // share of the lines without which a round finds nothing
-constexpr double kEndPiece_mm = 16;          // its last piece, that may be seen or missed
-constexpr int kFewestTipLines = 4;           // in view, to say which
-constexpr int kEndInside = 12;               // lines of the tip that must be in view to look for its end
-constexpr int kEndDirection = 3;             // lines over which the tip's direction is taken
-constexpr int kEndOutside_px = 20;           // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;         // of the end beside its own variance
-constexpr double kOneInstant_s = 0.002;      // within which exposures of several views are one
-constexpr double kTubeSpeed_mm_s = 20.0;     // how fast an aged image line loses its worth
+constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
+constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a round finds nothing
+constexpr double kEndPiece_mm = 16;       // its last piece, that may be seen or missed
+constexpr int kFewestTipLines = 4;        // in view, to say which
+constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
+constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
+constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
+constexpr double kOneInstant_s = 0.002;   // within which exposures of several views are one
+constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 constexpr double kTwoSides_rad = 10 * M_PI / 180;
 
@@ -230,7 +228,7 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
     return of.base_px + of.offset_px * of.normal;
   };
   const Eigen::Vector2d tip_px = found(0);
-  Eigen::Vector2d outward = tip_px - found(kEndDirection);
+  Eigen::Vector2d outward = tip_px - found(kTipDirection);
   const double spacing_px = (tip_px - found(1)).norm();
   if (!(spacing_px > kShortest_px_per_mm * layout_.spacing_mm)) {
     return;

@@ -103,6 +103,9 @@ class TubeViews {
   void forget();
 
  private:
+  static constexpr double kShortest_px_per_mm = 0.2;  ///< below, a piece of tube lies along the rays
+  static constexpr int kTipDirection = 3;             ///< lines over which the tip's direction is taken
+
   /// All lines, the marks, and the end.
   using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + kMaxMarks + 1>;
 

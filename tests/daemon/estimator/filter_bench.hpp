@@ -83,6 +83,9 @@ struct FilterBench {
           draw_ridge(Camera(displaced.cameras[0]), decoy_point(s), 0.9, image);
         }
       }
+      for (double s = kDecoy.from_mm; s < kDecoy.to_mm && other_tube_mm > 0; s += 0.25) {
+        draw_ridge(Camera(displaced.cameras[0]), arc_point(s) + other_tube_mm * aside(s), 1.8, image);
+      }
       image.geometry = own_geometry;
       image.brought_geometry = own_geometry.has_value();
       newest_image = now;
@@ -120,8 +123,11 @@ struct FilterBench {
   /// A stretch of something else, up to `decoy_mm` beside the arc in the image.
   [[nodiscard]] Eigen::Vector3d decoy_point(double s_mm) const {
     const double part = (s_mm - kDecoy.from_mm) / (kDecoy.to_mm - kDecoy.from_mm);
-    const Eigen::Vector3d aside = arc_tangent_to_tip(s_mm).cross(Eigen::Vector3d::UnitZ()).normalized();
-    return arc_point(s_mm) + decoy_mm * std::min(1.0, 2 * std::pow(std::sin(M_PI * part), 2)) * aside;
+    return arc_point(s_mm) + decoy_mm * std::min(1.0, 2 * std::pow(std::sin(M_PI * part), 2)) * aside(s_mm);
+  }
+  /// Across the arc in the image, unit.
+  [[nodiscard]] static Eigen::Vector3d aside(double s_mm) {
+    return arc_tangent_to_tip(s_mm).cross(Eigen::Vector3d::UnitZ()).normalized();
   }
   /// How far the shape is from the arc in the image, in the middle of that stretch, as mm of the world.
   [[nodiscard]] double beside_mm() const {
@@ -129,8 +135,7 @@ struct FilterBench {
     const auto i = static_cast<std::size_t>(
         std::lround(s_mm / static_cast<double>(estimate->length_mm) * (estimate->point_count - 1)));
     const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3d>(estimate->points[i].p_world_mm.data());
-    const Eigen::Vector3d aside = arc_tangent_to_tip(s_mm).cross(Eigen::Vector3d::UnitZ()).normalized();
-    return std::abs(aside.dot(p - arc_point(s_mm)));
+    return std::abs(aside(s_mm).dot(p - arc_point(s_mm)));
   }
   static constexpr Stretch kDecoy{20, 165};
   RoomDescription room;
@@ -147,12 +152,13 @@ struct FilterBench {
   bool with_images = true;
   bool with_further_views = true;
   double outlier_mm = 30;
-  int second_outlier = -1;                     ///< coil that is wrong beside the one of measure()
-  int missing = -1;                            ///< coil that drops out
-  bool frozen = false;                         ///< coils err by the same at each measurement
-  Stretch hidden;                              ///< of the arc, in the image
-  double decoy_mm = 0;                         ///< 0: none
-  double straight_tip_mm = 0;                  ///< so much of the arc is shown going straight on
+  int second_outlier = -1;     ///< coil that is wrong beside the one of measure()
+  int missing = -1;            ///< coil that drops out
+  bool frozen = false;         ///< coils err by the same at each measurement
+  Stretch hidden;              ///< of the arc, in the image
+  double decoy_mm = 0;         ///< 0: none
+  double other_tube_mm = 0;    ///< so far beside that stretch lies another, clearer one; 0: none
+  double straight_tip_mm = 0;  ///< so much of the arc is shown going straight on
   std::optional<ViewGeometry> own_geometry{};  ///< that comes with images of the first view
   double image_off_mm = 0;                     ///< what the image shows is so far beside the coils
 };

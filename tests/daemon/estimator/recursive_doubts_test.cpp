@@ -350,33 +350,6 @@ TEST(RecursiveDoubts, ImagesThatCreepAwayFromTheCoilsAreNotFollowedForEver) {
   EXPECT_LT(bench.rms_mm(), 4);
 }
 
-TEST(RecursiveDoubts, AStretchCaughtBesideTheTubeIsGivenUpOnceTheTubeIsSeen) {
-  FilterBench bench;
-  ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
-  bench.measure_times(4);  // one image: another catheter beside the tube may look better in one
-  EXPECT_GT(bench.beside_mm(), 9);
-  bench.measure_times(4);
-  EXPECT_LT(bench.beside_mm(), 2);
-}
-
-/// A second view, which shows the rest of the arc only.
-RoomDescription room_with_two_views() {
-  RoomDescription room = one_view_room();
-  room.cameras.push_back(room.cameras.front());
-  room.cameras.back().name = "B";
-  room.cameras.back().cy = -80;
-  return room;
-}
-
-// What one view shows well says nothing about what the other has caught.
-TEST(RecursiveDoubts, AStretchCaughtInOneViewIsGivenUpThoughAnotherShowsItsOwnWell) {
-  FilterBench bench(room_with_two_views());
-  ASSERT_NO_FATAL_FAILURE(bench.catch_and_show_again());
-  ASSERT_GT(bench.estimate->image_inlier_ratio, 0.9F);
-  bench.measure_times(8);
-  EXPECT_LT(bench.beside_mm(), 2);
-}
-
 // Nobody looks at the image between two images: what it said holds until one shows the tube.
 TEST(RecursiveDoubts, ATickAfterAnImageWithoutTheTubeIsAsDoubtfulAsTheImage) {
   FilterBench bench;

@@ -253,6 +253,19 @@ TEST(LineSearch, OfTwoTubesThePredictedOneIsTheOwn) {
   }
 }
 
+TEST(LineSearch, WhereInTheOwnRidgeTheTubeWasPredictedMakesNoDifference) {
+  TwoTubes low;
+  low.predict(95.5, 0.5);
+  low.run(low.image);
+  TwoTubes high;
+  high.predict(97.5, 0.5);
+  high.run(high.image);
+  for (int i = 2; i + 2 < kLines; ++i) {
+    EXPECT_NEAR(low.line(i).offset_px, high.line(i).offset_px, 0.05) << i;
+    EXPECT_NEAR(low.line(i).variance_px2, high.line(i).variance_px2, 0.05) << i;
+  }
+}
+
 TEST(LineSearch, APredictionThatKnowsLittleDecidesNothing) {
   TwoTubes nobody_knows;
   nobody_knows.run(nobody_knows.image);

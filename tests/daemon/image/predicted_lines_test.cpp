@@ -6,23 +6,13 @@
 #include <memory>
 #include <random>
 
+#include "tests/daemon/image/camera_above.hpp"
+
 namespace tubed {
 namespace {
 
 constexpr double kLength_mm = 100;
 constexpr int kCoefficients = 8;
-
-/// Looks along z from 1000 mm: 2 px a mm, world (0, 0) at pixel (100, 150).
-Camera camera_above() {
-  CameraCalibration calibration;
-  calibration.width = 200;
-  calibration.height = 300;
-  calibration.fx = calibration.fy = 2000;
-  calibration.cx = 100;
-  calibration.cy = 150;
-  calibration.T_camera_world.translation().z() = 1000;
-  return Camera(calibration);
-}
 
 /// A slightly bent tube that runs across the view and into depth.
 Eigen::Matrix3Xd bent_tube() {
@@ -95,8 +85,15 @@ TEST(PredictedLines, OutOfViewNothingIsExpected) {
   behind.row(2).array() -= 2000;  // behind the source
   predict_lines(camera_above(), bench.spline, {&behind, &covariance}, bench.layout, *bench.lines);
   EXPECT_EQ((*bench.lines)[4].expected_variance_px2, 0);
+}
+
+TEST(PredictedLines, ANewProjectionHasNoPredictionYet) {
+  Bench bench;
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(3 * kCoefficients, 3 * kCoefficients);
+  predict_lines(camera_above(), bench.spline, {&bench.C, &covariance}, bench.layout, *bench.lines);
+  ASSERT_GT((*bench.lines)[5].expected_variance_px2, 0);
   project_lines(camera_above(), bench.spline, bench.C, bench.layout, 1, *bench.lines);
-  EXPECT_EQ((*bench.lines)[5].expected_variance_px2, 0) << "a new projection has no prediction yet";
+  EXPECT_EQ((*bench.lines)[5].expected_variance_px2, 0);
 }
 
 }  // namespace

@@ -6,23 +6,13 @@
 #include <cstddef>
 #include <memory>
 
+#include "tests/daemon/image/camera_above.hpp"
+
 namespace tubed {
 namespace {
 
 constexpr double kLength_mm = 100;
 constexpr double kRadius_mm = 1.5;
-
-/// Looks along z from 1000 mm: 2 px a mm, world (0, 0) at pixel (100, 150).
-Camera camera_above() {
-  CameraCalibration calibration;
-  calibration.width = 200;
-  calibration.height = 300;
-  calibration.fx = calibration.fy = 2000;
-  calibration.cx = 100;
-  calibration.cy = 150;
-  calibration.T_camera_world.translation().z() = 1000;
-  return Camera(calibration);
-}
 
 /// A straight tube from its tip at `tip_mm` along `direction`, and the lines across it.
 struct StraightTube {
