@@ -18,7 +18,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   }
   views_.forget();  // lines of older images may be what led the shape away
   if (registered_) {
-    images_ = start_.fuse_images(observation, coils, views_, estimate);
+    images_ = start_.fuse_images(observation, coils, views_, ShortPiece::kLost, estimate);
   }
   suppose_coil_errors();
   const auto lines = views_.constraints(observation, 1, false);
@@ -41,6 +41,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
 
 void RecursiveEstimator::forget_doubts() {
   state_.images_without_tube = 0;
+  state_.images_with_tube = 0;
   state_.tip_is_missed = false;
   state_.doubted_times = 0;
   state_.contradicted = false;

@@ -98,7 +98,8 @@ bool RecursiveEstimator::better_alone(const Observation& observation, const Coil
   TubeEstimate& second = *second_opinion_;
   second_look_.forget_lines();  // of older instants
   return start_.solve_em(alone, second) &&
-         start_.fuse_images(observation, alone, second_look_, second) == ImageVerdict::kShowsTube &&
+         start_.fuse_images(observation, alone, second_look_, ShortPiece::kLost, second) ==
+             ImageVerdict::kShowsTube &&
          second.image_inlier_ratio >= static_cast<float>(kSeenAsWell) * estimate.image_inlier_ratio &&
          distance_from_coils(coils, start_.C()) < distance;
 }

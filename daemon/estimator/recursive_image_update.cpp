@@ -12,6 +12,7 @@ namespace {
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
 constexpr double kFewestAgreeing = 0.62;    // share of lines; as in SingleFrameSolver
 constexpr double kDoubtfulAgreeing = 0.78;
+constexpr int kConfirming = 3;
 constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
 constexpr double kSureOfTip_px = RecursiveEstimator::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
@@ -72,7 +73,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
   }
   test_mirrored(lines, coils, estimate);
   follow(state_.C);
-  if (looked && estimate.in_view_ratio > 0 && !shows_tube(estimate)) {
+  if (looked && estimate.in_view_ratio > 0 && !shows_tube(observation.instant, estimate)) {
     leave_out_image(observation.instant, estimate);
     lines = {};
   }
@@ -112,7 +113,7 @@ void RecursiveEstimator::update_image(const Observation& observation, const Coil
 // It shows something else: the prediction stays.
 void RecursiveEstimator::leave_out_image(MonotonicTime instant, TubeEstimate& estimate) {
   images_ = ImageVerdict::kLost;
-  ++state_.images_without_tube;
+  state_.images_without_tube += state_.images_with_tube == 0 ? 1 : 0;
   views_.forget_instant(instant);
   estimate.has_image = false;
   state_.C = C_before_;
@@ -173,9 +174,15 @@ void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, c
       });
 }
 
-bool RecursiveEstimator::shows_tube(const TubeEstimate& estimate) {
+// A short piece that was not seen before is believed at the third image in a row.
+bool RecursiveEstimator::shows_tube(MonotonicTime instant, const TubeEstimate& estimate) {
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  return agreeing >= kFewestAgreeing && (agreeing >= kDoubtfulAgreeing || pull(state_.C) < kDoubtfulPull);
+  if (agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull(state_.C) >= kDoubtfulPull)) {
+    state_.images_with_tube = 0;
+    return false;
+  }
+  state_.images_with_tube = std::min(state_.images_with_tube + 1, kConfirming);
+  return state_.images_with_tube == kConfirming || !views_.may_agree_by_chance(instant);
 }
 
 // chi^2 of the way from the prediction; columns that follow add nothing to it.

@@ -84,7 +84,8 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
 }
 
 ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, const CoilObservations& coils,
-                                            TubeViews& views, TubeEstimate& estimate) {
+                                            TubeViews& views, ShortPiece short_piece,
+                                            TubeEstimate& estimate) {
   C_em_ = C_;
   const double coil_cost_before = map_.contradiction(coils, C_);
   trace_tip(observation, coils, views, estimate);
@@ -104,7 +105,9 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
     }
   }
   test_mirrored(observation, coils, views, estimate);
-  const ImageVerdict verdict = judge_images(coils, coil_cost_before, estimate);
+  const bool may_be_chance =
+      short_piece == ShortPiece::kLost && views.may_agree_by_chance(observation.instant);
+  const ImageVerdict verdict = judge_images(coils, coil_cost_before, may_be_chance, estimate);
   if (verdict == ImageVerdict::kLost) {
     views.forget_instant(observation.instant);
     estimate.has_image = false;
@@ -177,13 +180,13 @@ double SingleFrameSolver::pull_on(const CoilObservations& coils, double coil_cos
 // Two witnesses against an image: its own lines, and the coils, which the true tube's image pulls by their
 // noise only.
 ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, double coil_cost_before,
-                                             const TubeEstimate& estimate) {
+                                             bool may_be_chance, const TubeEstimate& estimate) {
   if (estimate.in_view_ratio <= 0) {
     return ImageVerdict::kNone;
   }
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
   const double pull = pull_on(coils, coil_cost_before);
-  if (agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
+  if (may_be_chance || agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
     return ImageVerdict::kLost;
   }
   return pull > kGreatestPull ? ImageVerdict::kContradicts : ImageVerdict::kShowsTube;

@@ -16,6 +16,12 @@ enum class ImageVerdict {
   kLost,         ///< it shows no tube, or another one
 };
 
+/// What to make of an image that has so little of the tube in view that something else may agree by chance.
+enum class ShortPiece {
+  kBelieved,
+  kLost,  ///< who has the next images as well can wait for them
+};
+
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class SingleFrameSolver {
  public:
@@ -36,10 +42,10 @@ class SingleFrameSolver {
   /// together, three rounds with narrowing lines. A tip that no coil holds is followed through the images
   /// before, may bend as it does there (bending()), and is tried on the other side of the depth where it
   /// turns (MirrorTest). Between images the lines of the newest one help once more. An image that does not
-  /// show the tube (too few lines agree, or those that do contradict the coils) is dropped and the shape of
-  /// the coils stays.
+  /// show the tube (too few lines agree, or are in view and `short_piece` says so, or those that do
+  /// contradict the coils) is dropped and the shape of the coils stays.
   ImageVerdict fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
-                           TubeEstimate& estimate);
+                           ShortPiece short_piece, TubeEstimate& estimate);
 
   /// Prepares map().covariance() at the shape found. False when that fails.
   bool invert(const Observation& observation, const CoilObservations& coils, TubeViews& views);
@@ -62,7 +68,7 @@ class SingleFrameSolver {
   void test_mirrored(const Observation& observation, const CoilObservations& coils, TubeViews& views,
                      TubeEstimate& estimate);
   double pull_on(const CoilObservations& coils, double coil_cost_before);
-  ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before,
+  ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before, bool may_be_chance,
                             const TubeEstimate& estimate);
   void reject_outlier(CoilObservations& coils);
 

@@ -68,6 +68,10 @@ class TubeViews {
   /// without an image or with too few lines in view to say.
   [[nodiscard]] std::optional<double> agreeing(std::size_t view, MonotonicTime instant) const;
 
+  /// Was so little of the tube in view of the images of that instant that a picture of something else agrees
+  /// with most lines now and then?
+  [[nodiscard]] bool may_agree_by_chance(MonotonicTime instant) const;
+
   /// Do the images of that instant show something else than a tip where it was looked for: do most lines of
   /// its last piece disagree, in every view that has enough of them?
   [[nodiscard]] bool misses_tip(MonotonicTime instant) const;
