@@ -18,6 +18,7 @@ namespace {
 
 struct Arguments {
   std::vector<std::string> radii{"6", "8", "12", "16", "30"};
+  std::vector<double> arcs;  ///< instead of hooks
   std::vector<std::string> coils{"5", "10", "15"};
   std::vector<int> seeds{91, 92, 93};
   std::vector<std::string> told{"nothing", "as-it-is"};
@@ -94,8 +95,10 @@ void run(const Arguments& arguments) {
   for (const std::string& radius : arguments.radii) {
     for (const std::string& coil : arguments.coils) {
       for (const std::string& told : arguments.told) {
-        lines.push_back(
-            {{arguments.preset, std::stod(radius), std::stod(coil), arguments.second_view_every}, told, {}});
+        lines.push_back({{arguments.preset, std::stod(radius), std::stod(coil), arguments.second_view_every,
+                          arguments.arcs},
+                         told,
+                         {}});
       }
     }
   }
@@ -132,6 +135,9 @@ int main(int argc, char** argv) {
   CommandLine app = program.command_line();
   Arguments arguments;
   app.add_option("--radii", arguments.radii, "of the hooks, mm; 0 = as the preset has it").delimiter(',');
+  app.add_option("--arcs", arguments.arcs,
+                 "instead of hooks one tip of several arcs: L,R,L,R.., as tubectl simulate --hook-arcs")
+      .delimiter(',');
   app.add_option("--coils", arguments.coils, "arc lengths of the first coil, mm from the tip").delimiter(',');
   app.add_option("--seeds", arguments.seeds, "one run each").delimiter(',');
   app.add_option("--told", arguments.told, "what the estimator knows: nothing, as-it-is, straight, hook")
@@ -145,6 +151,7 @@ int main(int argc, char** argv) {
   if (const auto code = program.parse(argc, argv)) {
     return *code;
   }
+  if (!arguments.arcs.empty()) arguments.radii = {"0"};
   run(arguments);
   return 0;
 }

@@ -33,9 +33,11 @@ void tell(ToldTip told, const Hook& hook, InstrumentDescription& instrument) {
       instrument.rest_shape = RestShape::kStraight;
       return;
     case ToldTip::kAsItIs:
-      instrument.rest_shape = hook.is_there() ? RestShape::kHook : RestShape::kStraight;
-      instrument.hook_radius_mm = hook.radius_mm;
-      instrument.hook_length_mm = hook.length_mm;
+      instrument.rest_shape = hook.is_there() ? RestShape::kArcs : RestShape::kStraight;
+      instrument.rest_arcs_mm.clear();
+      for (const RestArc& arc : hook.curve.arcs) {
+        instrument.rest_arcs_mm.insert(instrument.rest_arcs_mm.end(), {arc.length_mm, arc.radius_mm});
+      }
       return;
     case ToldTip::kHook:
       instrument.rest_shape = RestShape::kHook;
@@ -65,14 +67,16 @@ TipOutcome run_tip(const TipCase& simulated, ToldTip told, std::int64_t seed, in
                    const fs::path& folder) {
   const SimulatedRun run{.preset = simulated.preset,
                          .seed = seed,
-                         .hook_radius_mm = simulated.hook_radius_mm,
+                         .hook_radius_mm = simulated.hook_arcs_mm.empty() ? simulated.hook_radius_mm : 0,
+                         .hook_arcs_mm = simulated.hook_arcs_mm,
                          .tip_coil_mm = simulated.tip_coil_mm,
                          .every = every,
                          .second_view_every = simulated.second_view_every};
   const Scenario scenario = scenario_of(run);
+  std::string hook = std::to_string(simulated.hook_radius_mm);
+  for (const double number : simulated.hook_arcs_mm) hook += "_" + std::to_string(number);
   const std::string name = simulated.preset + "-" + std::to_string(seed) + "-every-" + std::to_string(every) +
-                           "-hook-" + std::to_string(simulated.hook_radius_mm) + "-coil-" +
-                           std::to_string(simulated.tip_coil_mm) + "-second-" +
+                           "-hook-" + hook + "-coil-" + std::to_string(simulated.tip_coil_mm) + "-second-" +
                            std::to_string(simulated.second_view_every);
   Sequence sequence = sequence_of(run, scenario, folder, name);
   tell(told, scenario.catheter.hook, sequence.room.instruments.front());

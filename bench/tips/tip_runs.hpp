@@ -14,9 +14,10 @@ namespace tubed {
 /// The catheter that is simulated.
 struct TipCase {
   std::string preset = "preshaped";
-  double hook_radius_mm = 8;  ///< 0: a straight tip
-  double tip_coil_mm = 10;    ///< from the tip to the first coil
-  int second_view_every = 0;  ///< 0: one view
+  double hook_radius_mm = 8;           ///< 0: a straight tip
+  double tip_coil_mm = 10;             ///< from the tip to the first coil
+  int second_view_every = 0;           ///< 0: one view
+  std::vector<double> hook_arcs_mm{};  ///< instead of the hook: as RestCurve::from_pairs() takes them
 };
 
 /// What the estimator is told of the rest shape.

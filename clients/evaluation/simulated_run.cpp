@@ -36,6 +36,7 @@ DriverSettings settings_for(const SimulatedRun& run) {
       .with("vessel", run.vessel)
       .with("hook_radius_mm", run.hook_radius_mm)
       .with("hook_length_mm", run.hook_length_mm)
+      .with("hook_arcs_mm", run.hook_arcs_mm)
       .with("panel", run.panel)
       .with("undisturbed", run.undisturbed)
       .with("swing_deg", run.swing_deg)
@@ -90,6 +91,9 @@ std::string command_of(const SimulatedRun& run) {
   text << "tubectl simulate --preset " << run.preset << " --seed " << run.seed;
   if (run.hook_radius_mm != 0) text << " --hook-radius " << run.hook_radius_mm;
   if (run.hook_length_mm != 0) text << " --hook-length " << run.hook_length_mm;
+  for (std::size_t i = 0; i < run.hook_arcs_mm.size(); ++i) {
+    text << (i == 0 ? " --hook-arcs " : ",") << run.hook_arcs_mm[i];
+  }
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
   if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.undisturbed) text << " --undisturbed";
@@ -204,8 +208,8 @@ class RunWriter {
 }  // namespace
 
 Scenario scenario_of(const SimulatedRun& run) {
-  Scenario scenario =
-      with_hook(make_scenario(run.preset, run.seed), {run.hook_radius_mm, run.hook_length_mm});
+  Scenario scenario = with_hook(make_scenario(run.preset, run.seed),
+                                {run.hook_radius_mm, run.hook_length_mm, run.hook_arcs_mm});
   if (run.tip_coil_mm > 0) {
     scenario.room.instruments.front().coils.front().offset_from_tip_mm = run.tip_coil_mm;
   }

@@ -19,10 +19,11 @@ namespace tubed {
 struct SimulatedRun {
   std::string preset = "paper";
   std::int64_t seed = 1;
-  std::string vessel{};         ///< file of a vessel of your own; empty: the preset's aorta
-  double hook_radius_mm = 0;    ///< the catheter's tip is a hook; 0: as the preset has it
-  double hook_length_mm = 0;    ///< 0: see HookChoice
-  double tip_coil_mm = 0;       ///< from the tip to the first coil; 0: as the preset has it
+  std::string vessel{};                ///< file of a vessel of your own; empty: the preset's aorta
+  double hook_radius_mm = 0;           ///< the catheter's tip is a hook; 0: as the preset has it
+  double hook_length_mm = 0;           ///< 0: see HookChoice
+  std::vector<double> hook_arcs_mm{};  ///< the same, see HookChoice
+  double tip_coil_mm = 0;              ///< from the tip to the first coil; 0: as the preset has it
   std::string panel{};          ///< what takes the pictures: see parse_panel(); empty: as the preset has it
   bool tells_marks = false;     ///< the described room says where the catheter's electrodes are
   bool undisturbed = false;     ///< see undisturbed() of scenario.hpp

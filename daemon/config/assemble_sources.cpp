@@ -86,7 +86,8 @@ void warn_of_shared_sensors(const CheckedTable& file, Problems& found) {
 // The roll of a hook is found in images, by the modes that fuse them.
 void warn_of_hooks_without_images(const CheckedTable& file, Problems& found) {
   for (const CheckedTable& instrument : file.many("instrument")) {
-    if (instrument.get<std::string>("rest_shape") != "hook") continue;
+    const std::string& shape = instrument.get<std::string>("rest_shape");
+    if (shape != "hook" && shape != "arcs") continue;
     const std::string mode = mode_of(instrument, file);
     const bool fuses = mode == name_of(EstimatorMode::kJoint) || mode == name_of(EstimatorMode::kFilter);
     if (!fuses || file.many("camera").empty()) {

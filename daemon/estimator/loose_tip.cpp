@@ -10,7 +10,7 @@ double loose_tip_mm(const CoilObservations& coils, const RestHook* hook) {
   if (hook == nullptr || hook->is_held_by(coils.first_used_mm())) {
     return by_coils_mm;
   }
-  return std::max(by_coils_mm, hook->shape().length_mm + kBehindHook_mm);
+  return std::max(by_coils_mm, hook->length_mm() + kBehindHook_mm);
 }
 
 void soften_loose_tip(double loose_mm, double length_mm, Eigen::VectorXd& bending) {

@@ -22,7 +22,8 @@ PreshapedEstimator::PreshapedEstimator(const EstimatorSettings& settings,
       instrument_(instrument),
       T_world_em_(room.T_world_em),
       registered_(room.registered),
-      tip_shape_(settings_for_hooks(settings, instrument.length_mm), instrument, room) {
+      tip_shape_(settings_for_hooks(settings, instrument.length_mm), instrument, room),
+      C_(Eigen::Matrix3Xd::Zero(3, settings_for_hooks(settings, instrument.length_mm).coefficient_count)) {
   for (const CameraCalibration& camera : room.cameras) {
     cameras_.emplace_back(camera);
   }
@@ -49,6 +50,7 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
     active().reset();
   }
   active().estimate(observation, estimate);
+  note_shape(estimate);
   if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
     note_views(observation, estimate);
   }
@@ -58,6 +60,17 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
     release_tip(coils, estimate);
     if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
   }
+}
+
+void PreshapedEstimator::note_shape(const TubeEstimate& estimate) {
+  if (tip_shape_.rest() == nullptr || static_cast<Eigen::Index>(estimate.coefficient_count) != C_.cols()) {
+    return;
+  }
+  for (Eigen::Index i = 0; i < C_.cols(); ++i) {
+    C_.col(i) =
+        Eigen::Map<const Eigen::Vector3d>(estimate.coefficients_mm[static_cast<std::size_t>(i)].data());
+  }
+  tip_shape_.note_shape(C_);
 }
 
 // Which cameras look at the tip.

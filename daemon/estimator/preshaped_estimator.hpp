@@ -41,6 +41,7 @@ class PreshapedEstimator final : public Estimator {
 
   [[nodiscard]] RestShapedEstimator& active() const { return tip_shape_.rest() ? *hooked_ : *straight_; }
   [[nodiscard]] CoilObservations observe(const Observation& observation) const;
+  void note_shape(const TubeEstimate& estimate);
   void note_views(const Observation& observation, const TubeEstimate& estimate);
 
   EstimatorSettings settings_;
@@ -49,6 +50,7 @@ class PreshapedEstimator final : public Estimator {
   bool registered_;
   std::vector<Camera> cameras_;
   TipShape tip_shape_;
+  Eigen::Matrix3Xd C_;                ///< of the newest shape with a hook
   TipDoubt doubt_ = TipDoubt::kNone;  ///< of the newest estimate
   std::unique_ptr<RestShapedEstimator> straight_;
   std::unique_ptr<RestShapedEstimator> hooked_;

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace tubed {
 
 namespace {
 
-constexpr double kEdge_mm = 1.5;  // over which curvature begins: nothing is bent from one point to the next
+constexpr double kEdge_mm = 1.5;  // over which curvature changes: nothing is bent from one point to the next
 constexpr int kRounds = 4;
 constexpr double kMinOpening = 0.05;  // a hook that is straight has no plane
 
@@ -21,12 +22,12 @@ constexpr std::array<double, 6> kWeights{0.085662246189585, 0.180380786524069, 0
 
 }  // namespace
 
-RestHook::RestHook(const UniformCubicBSpline& spline, const HookShape& shape)
-    : shape_(shape),
-      segment_count_(
-          std::min(spline.coefficient_count() - 3,
-                   static_cast<int>(std::ceil((shape.length_mm + kEdge_mm) / spline.spacing_mm())))),
-      beginning_(spline.basis(shape.length_mm)) {
+RestHook::RestHook(const UniformCubicBSpline& spline, RestCurve curve)
+    : curve_(std::move(curve)),
+      length_mm_(curve_.length_mm()),
+      segment_count_(std::min(spline.coefficient_count() - 3,
+                              static_cast<int>(std::ceil((length_mm_ + kEdge_mm) / spline.spacing_mm())))),
+      beginning_(spline.basis(length_mm_)) {
   const double spacing_mm = spline.spacing_mm();
   for (int segment = 0; segment < segment_count_; ++segment) {
     for (std::size_t k = 0; k < kNodes.size(); ++k) {
@@ -39,7 +40,7 @@ RestHook::RestHook(const UniformCubicBSpline& spline, const HookShape& shape)
 }
 
 double RestHook::curvature_per_mm(double s_mm) const {
-  return std::clamp((shape_.length_mm - s_mm) / kEdge_mm + 0.5, 0.0, 1.0) / shape_.radius_mm;
+  return curve_.turn_rad(s_mm - kEdge_mm / 2, s_mm + kEdge_mm / 2) / kEdge_mm;
 }
 
 void RestHook::weigh(double bending_q_per_mm, const Eigen::VectorXd& factors) {
@@ -48,7 +49,8 @@ void RestHook::weigh(double bending_q_per_mm, const Eigen::VectorXd& factors) {
   }
 }
 
-void RestHook::fit_binormal(const Eigen::Matrix3Xd& C) {
+Eigen::Vector3d RestHook::fitted_binormal(const Eigen::Matrix3Xd& C) const {
+  Eigen::Vector3d binormal = binormal_;
   // r = sqrt(w) (zeta'' - kappa0 b x zeta') = sqrt(w) (zeta'' + kappa0 [zeta']x b) is linear in b.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
@@ -64,16 +66,17 @@ void RestHook::fit_binormal(const Eigen::Matrix3Xd& C) {
   information.noalias() += tangent * tangent.transpose() / (kSigmaOfPlane * kSigmaOfPlane);
   for (int round = 0; round < kRounds; ++round) {
     // (|b| - 1) / sigma, linearised at b: its gradient is b / |b|.
-    const double opening = std::max(binormal_.norm(), kMinOpening);
-    const Eigen::Vector3d outward = binormal_ / opening;
+    const double opening = std::max(binormal.norm(), kMinOpening);
+    const Eigen::Vector3d outward = binormal / opening;
     constexpr double kWeight = 1 / (kSigmaOfOpening * kSigmaOfOpening);
     const Eigen::Matrix3d all = information + kWeight * outward * outward.transpose();
     const Eigen::LLT<Eigen::Matrix3d> factored(all);
     if (factored.info() != Eigen::Success) {
-      return;
+      break;
     }
-    binormal_ = factored.solve(pull + kWeight * outward);
+    binormal = factored.solve(pull + kWeight * outward);
   }
+  return binormal;
 }
 
 }  // namespace tubed

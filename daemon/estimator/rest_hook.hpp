@@ -9,6 +9,7 @@
 
 #include "daemon/estimator/normal_equations.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
+#include "drivers/interface/rest_curve.hpp"
 
 namespace tubed {
 
@@ -19,14 +20,8 @@ inline Eigen::Matrix3d cross_with(const Eigen::Vector3d& v) {
   return matrix;
 }
 
-/// What a hook is: a circle over the last `length_mm` of the tube.
-struct HookShape {
-  double radius_mm = 8;
-  double length_mm = 14;
-  friend bool operator==(const HookShape&, const HookShape&) = default;
-};
-
-/// The rest shape of Eq. (13): instead of zeta'' = 0 a hook has zeta'' = kappa0(s) b x zeta', where b is the
+/// The rest shape of Eq. (13), a planar curve of the last part of the tube, called hook here whatever arcs it
+/// has: instead of zeta'' = 0 a hook has zeta'' = kappa0(s) b x zeta', where b is the
 /// binormal of its plane (world, the same along the hook). The direction of b is the roll of the tube, which
 /// nobody measures, its length how far the hook is open (1: as made). Bilinear in b and the coefficients, so
 /// that there is neither an angle nor a frame to be carried. Memory is taken in the constructor.
@@ -46,18 +41,20 @@ class RestHook {
   static constexpr double kSigmaOfOpening = 0.25;  ///< of |b| about 1
   static constexpr double kSoftness = 3;  ///< of bending_q_per_mm about the rest shape: hooks are not exact
 
-  RestHook(const UniformCubicBSpline& spline, const HookShape& shape);
+  RestHook(const UniformCubicBSpline& spline, RestCurve curve);
 
-  [[nodiscard]] const HookShape& shape() const { return shape_; }
+  [[nodiscard]] const RestCurve& curve() const { return curve_; }
+  /// From the tip to where the hook begins.
+  [[nodiscard]] double length_mm() const { return length_mm_; }
   /// Does a coil at this arc length (mm from the tip) lie far enough inside to say to which side it turns?
-  [[nodiscard]] bool is_held_by(double coil_mm) const { return coil_mm <= shape_.length_mm - kInside_mm; }
+  [[nodiscard]] bool is_held_by(double coil_mm) const { return coil_mm <= length_mm_ - kInside_mm; }
   static constexpr double kInside_mm = 5;
   /// Those of the first segment_count() segments of the spline, which stand for the usual ones there.
   [[nodiscard]] std::span<const Node> nodes() const { return nodes_; }
   [[nodiscard]] int segment_count() const { return segment_count_; }
   /// Where the hook begins: its tangent there lies in its plane.
   [[nodiscard]] const CubicBasis& beginning() const { return beginning_; }
-  /// kappa0, 1/mm, at arc length s (mm from the tip); 0 behind the hook.
+  /// kappa0, 1/mm, at arc length s (mm from the tip), signed as the radii are; 0 behind the hook.
   [[nodiscard]] double curvature_per_mm(double s_mm) const;
 
   [[nodiscard]] const Eigen::Vector3d& binormal() const { return binormal_; }
@@ -69,7 +66,8 @@ class RestHook {
 
   /// The binormal that costs least for the shape C (3 x n, mm, world): Gauss-Newton in three unknowns from
   /// where it is.
-  void fit_binormal(const Eigen::Matrix3Xd& C);
+  void fit_binormal(const Eigen::Matrix3Xd& C) { binormal_ = fitted_binormal(C); }
+  [[nodiscard]] Eigen::Vector3d fitted_binormal(const Eigen::Matrix3Xd& C) const;
 
   enum class Binormal {
     kHeld,  ///< as it is
@@ -133,7 +131,8 @@ class RestHook {
     sum.add_to_shared((opening - 1) / kSigmaOfOpening, by_b);
   }
 
-  HookShape shape_;
+  RestCurve curve_;
+  double length_mm_;
   int segment_count_;
   CubicBasis beginning_;
   std::vector<Node> nodes_;

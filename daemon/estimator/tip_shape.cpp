@@ -12,7 +12,7 @@ namespace {
 
 // What is tried where the configuration says nothing. The opening of a hook is free by a quarter, so that
 // these two stand for those beside them.
-constexpr std::array<HookShape, 2> kGenericHooks{{{8, 14}, {16, 30}}};
+constexpr std::array<RestArc, 2> kGenericHooks{{{14, 8}, {30, 16}}};
 constexpr std::size_t kStartsEach = HookSearch::kStarts;
 constexpr double kAskEvery_s = 0.5;
 constexpr double kAskWhenKnown_s = 2;
@@ -28,16 +28,17 @@ constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see t
 constexpr double kSeesTheHook_mm = 3;    // from where it begins
 constexpr double kSameTip_mm = 2;        // which of the two it is then makes no difference
 constexpr double kNoSuchHook = -5;
+constexpr double kStraightened = 0.5;  // of its curvature: two of kSigmaOfOpening below as made
 constexpr double kSideKnownFor_s = 1.5;
 
 std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
   std::vector<RestHook> hooks;
-  if (instrument.rest_shape == RestShape::kHook) {
-    hooks.emplace_back(spline, HookShape{instrument.hook_radius_mm, instrument.hook_length_mm});
+  if (is_preshaped(instrument.rest_shape)) {
+    hooks.emplace_back(spline, instrument.rest_curve());
     return hooks;
   }
-  for (const HookShape& shape : kGenericHooks) {
-    if (shape.length_mm < instrument.length_mm / 2) hooks.emplace_back(spline, shape);
+  for (const RestArc& arc : kGenericHooks) {
+    if (arc.length_mm < instrument.length_mm / 2) hooks.emplace_back(spline, RestCurve{{arc}});
   }
   return hooks;
 }
@@ -58,7 +59,8 @@ void TipShape::reset() {
   std::fill(records_.begin(), records_.end(), Record{});
   active_.reset();
   next_start_ = 0;
-  if (configured_ == RestShape::kHook) active_ = 0;
+  opening_ = 1;
+  if (is_preshaped(configured_)) active_ = 0;
   asked_ = newest_ = MonotonicTime{};
   tip_seen_.fill(MonotonicTime{});
 }
@@ -184,7 +186,7 @@ bool TipShape::decide() {
                (is_sure && record.mean_gain > kAdopted)) {
       active_ = best;
     }
-  } else if (configured_ == RestShape::kHook && is_sure) {
+  } else if (is_preshaped(configured_) && is_sure) {
     if (record.mean_gain < kNoSuchHook) active_.reset();
     if (record.mean_gain > kUndecided) active_ = 0;
   }
@@ -193,6 +195,10 @@ bool TipShape::decide() {
 
 bool TipShape::is_held(const CoilObservations& coils) const {
   return !active_ || hooks_[*active_].is_held_by(coils.first_used_mm());
+}
+
+void TipShape::note_shape(const Eigen::Matrix3Xd& C) {
+  opening_ = active_ ? hooks_[*active_].fitted_binormal(C).norm() : 1;
 }
 
 void TipShape::note_view(std::size_t view, MonotonicTime instant, const Eigen::Vector3d& sight_world) {
@@ -214,7 +220,7 @@ bool TipShape::is_seen_from_two_sides() const {
 
 bool TipShape::is_undecided(const CoilObservations& coils) const {
   if (hooks_.empty()) return false;
-  const bool is_far = coils.first_used_mm() > hooks_.front().shape().length_mm - kSeesTheHook_mm;
+  const bool is_far = coils.first_used_mm() > hooks_.front().length_mm() - kSeesTheHook_mm;
   const bool is_blind = is_far && !is_seen_from_two_sides();
   if (is_blind && next_start_ > 0 && records_.front().asked == 0) return true;  // of the first round
   const double gain_asked = is_blind ? kUndecidedFarCoil : kUndecided;
@@ -227,10 +233,13 @@ bool TipShape::is_undecided(const CoilObservations& coils) const {
 
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {
   if (!active_) {
-    if (configured_ == RestShape::kHook) return TipDoubt::kNoSuchHook;
+    if (is_preshaped(configured_)) return TipDoubt::kNoSuchHook;
     return is_undecided(coils) ? TipDoubt::kUndecided : TipDoubt::kNone;
   }
   if (records_[*active_].asked == 0) return TipDoubt::kNotLooked;
+  if (is_preshaped(configured_) && opening_ < kStraightened) {
+    return TipDoubt::kStraightened;
+  }
   return is_held(coils) || is_seen_from_two_sides() ? TipDoubt::kNone : TipDoubt::kOneView;
 }
 
@@ -249,6 +258,11 @@ void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, st
       break;
     case TipDoubt::kUndecided:
       text = "the tip may be pre-shaped: say rest_shape in the configuration";
+      break;
+    case TipDoubt::kStraightened:
+      text =
+          "the tip is far straighter than rest_shape says: a wire or a wall straightens it, or it is another "
+          "catheter";
       break;
     case TipDoubt::kNoSuchHook:
       text =

@@ -16,10 +16,11 @@ namespace tubed {
 /// What speaks against the tip of a shape.
 enum class TipDoubt {
   kNone,
-  kNotLooked,  ///< a hook is configured, and no image has been asked for its roll yet
-  kOneView,    ///< a hook that no coil lies in, seen from one side: its mirror image is as likely
-  kUndecided,  ///< straight or a hook, their tips are apart, and neither is clearly the likelier
-  kNoSuchHook  ///< a hook is configured, and a straight tip explains coils and images better
+  kNotLooked,     ///< a hook is configured, and no image has been asked for its roll yet
+  kOneView,       ///< a hook that no coil lies in, seen from one side: its mirror image is as likely
+  kUndecided,     ///< straight or a hook, their tips are apart, and neither is clearly the likelier
+  kStraightened,  ///< a hook is configured, and the tip is found far less bent than that
+  kNoSuchHook     ///< a hook is configured, and a straight tip explains coils and images better
 };
 
 /// Is it that two shapes are about as likely (AMBIGUOUS), and not that one is contradicted or nobody has
@@ -53,6 +54,9 @@ class TipShape {
   [[nodiscard]] bool is_held(const CoilObservations& coils) const;
 
   [[nodiscard]] TipDoubt doubt(const CoilObservations& coils) const;
+
+  /// The shape that was found with rest(), 3 x coefficients: how far its hook is open is kept.
+  void note_shape(const Eigen::Matrix3Xd& C);
 
   /// The view with this index showed the tip at that instant, looking along `sight_world` (unit).
   void note_view(std::size_t view, MonotonicTime instant, const Eigen::Vector3d& sight_world);
@@ -91,6 +95,7 @@ class TipShape {
   std::vector<RestHook> hooks_;  ///< those that are tried; of a configured one that alone
   std::vector<Record> records_;
   std::optional<std::size_t> active_;
+  double opening_ = 1;          ///< of the newest shape's hook: its curvature, as made 1
   std::size_t next_start_ = 0;  ///< of this round, over all hooks; 0: none has begun
   MonotonicTime asked_{};       ///< beginning of the newest round
   MonotonicTime newest_{};

@@ -11,6 +11,7 @@
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/reference_description.hpp"
 #include "drivers/interface/registration_quality.hpp"
+#include "drivers/interface/rest_curve.hpp"
 #include "idl/estimate.hpp"
 #include "idl/geometry/camera.hpp"
 #include "idl/geometry/rigid_transform.hpp"
@@ -66,7 +67,12 @@ enum class RestShape {
   kUnknown,   ///< nobody says: straight unless coils and images know better
   kStraight,  ///< as far as the instrument can be bent it is straight by itself
   kHook,      ///< its maker has bent the tip: a circle in one plane, see hook_radius_mm
+  kArcs,      ///< the same in several arcs, see rest_arcs_mm
 };
+
+inline bool is_preshaped(RestShape shape) { return shape == RestShape::kHook || shape == RestShape::kArcs; }
+
+inline constexpr std::size_t kMaxRestArcs = 32;
 
 inline constexpr std::size_t kMaxMarks = 16;
 
@@ -77,12 +83,27 @@ struct InstrumentDescription {
   double length_mm = 380;            ///< from the tip, the part whose shape is asked for
   std::vector<CoilPlacement> coils;  ///< tip first
   RestShape rest_shape = RestShape::kUnknown;
-  double hook_radius_mm = 0;  ///< of a hook's circle; 0: there is none
-  double hook_length_mm = 0;  ///< from the tip, along the catheter
+  double hook_radius_mm = 0;           ///< of a hook's circle; 0: there is none
+  double hook_length_mm = 0;           ///< from the tip, along the catheter
+  std::vector<double> rest_arcs_mm{};  ///< length and radius of each arc, see RestCurve::from_pairs()
   /// Middles of dark bands that images show across it, such as electrodes and marker bands, arc length from
   /// the tip, ascending; each mark_length_mm long.
   std::vector<double> marks_mm{};
   double mark_length_mm = 1.3;
+
+  /// The bent tip that the configuration tells of; without arcs where it tells of none.
+  [[nodiscard]] RestCurve rest_curve() const {
+    switch (rest_shape) {
+      case RestShape::kHook:
+        return RestCurve::hook(hook_radius_mm, hook_length_mm);
+      case RestShape::kArcs:
+        return RestCurve::from_pairs(rest_arcs_mm);
+      case RestShape::kUnknown:
+      case RestShape::kStraight:
+        break;
+    }
+    return {};
+  }
 };
 
 /// The keys of an [[instrument]], its mode aside.
@@ -96,9 +117,12 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
                   "from the tip, the part whose shape is asked for"),
       key::word(
           "rest_shape", &S::rest_shape,
-          {{RestShape::kUnknown, "unknown"}, {RestShape::kStraight, "straight"}, {RestShape::kHook, "hook"}},
-          "the tip while nothing bends it: a hook that its maker has bent, straight, or left to coils and "
-          "images to find out"),
+          {{RestShape::kUnknown, "unknown"},
+           {RestShape::kStraight, "straight"},
+           {RestShape::kHook, "hook"},
+           {RestShape::kArcs, "arcs"}},
+          "the tip while nothing bends it: a hook or several arcs that its maker has bent, straight, or left "
+          "to coils and images to find out"),
       key::optional(
           key::number("hook_radius_mm", &S::hook_radius_mm, "mm", {2, 200},
                       "of rest_shape \"hook\": radius of its circle, along the middle of the catheter"),
@@ -106,6 +130,12 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
       key::optional(key::number("hook_length_mm", &S::hook_length_mm, "mm", {3, 200},
                                 "of rest_shape \"hook\": how much of the catheter it is, from the tip"),
                     14.0),
+      key::optional(
+          key::numbers("rest_arcs_mm", &S::rest_arcs_mm, "mm", {-500, 500}, {2, 2 * kMaxRestArcs},
+                       "of rest_shape \"arcs\": length and radius of each arc from the tip on, one after the "
+                       "other, all in one plane; radius 0 is straight, a negative one turns to the other "
+                       "side. `tubectl calibrate tip` finds them in a drawing"),
+          std::vector<double>{8, 0, 14, 8, 12, 0, 20, -25}),
       key::optional(
           key::numbers(
               "marks_mm", &S::marks_mm, "mm", {0, 2000}, {0, kMaxMarks},

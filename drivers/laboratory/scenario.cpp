@@ -1,12 +1,14 @@
 #include "drivers/laboratory/scenario.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <mutex>
 #include <numbers>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/random/counter_random.hpp"
@@ -28,6 +30,29 @@ CatheterisationStart start_in(const Vessel& vessel, const Scenario& scenario) {
   CatheterisationStart start = start_for(vessel, 0, scenario.seed, scenario.commands);
   start.insertion_mm = std::max(start.insertion_mm, kMinInsertion_mm);
   return start;
+}
+
+/// The curve that a person chose; `usual` where nothing was said of it.
+RestCurve curve_of(const HookChoice& choice, const RestCurve& usual) {
+  if (!choice.arcs_mm.empty()) return RestCurve::from_pairs(choice.arcs_mm);
+  RestArc arc = usual.arcs.empty() ? RestArc{} : usual.arcs.front();
+  if (choice.radius_mm != 0) {
+    arc = {std::clamp(1.75 * choice.radius_mm, 14.0, 40.0), choice.radius_mm};
+  }
+  if (choice.length_mm != 0) {
+    arc.length_mm = choice.length_mm;
+  }
+  return {{arc}};
+}
+
+bool can_be(const RestCurve& curve) {
+  constexpr double kMinRadius_mm = 6;
+  constexpr double kMaxLength_mm = 45;
+  return curve.length_mm() > 0 && curve.length_mm() <= kMaxLength_mm &&
+         std::ranges::all_of(curve.arcs, [](const RestArc& arc) {
+           return arc.length_mm > 0 && (arc.radius_mm == 0 || std::abs(arc.radius_mm) >= kMinRadius_mm) &&
+                  arc.length_mm * std::abs(arc.curvature_per_mm()) <= std::numbers::pi;
+         });
 }
 
 }  // namespace
@@ -66,24 +91,15 @@ Scenario in_vessel(Scenario scenario, const std::string& vessel_file) {
 }
 
 Scenario with_hook(Scenario scenario, const HookChoice& choice) {
-  constexpr double kMinRadius_mm = 6;
-  constexpr double kMaxLength_mm = 45;
   constexpr std::int64_t kHookStream = 7205;
-  if (choice.radius_mm == 0 && choice.length_mm == 0) {
+  if (choice.radius_mm == 0 && choice.length_mm == 0 && choice.arcs_mm.empty()) {
     return scenario;
   }
   Hook& hook = scenario.catheter.hook;
-  if (choice.radius_mm != 0) {
-    hook.radius_mm = choice.radius_mm;
-    hook.length_mm = std::clamp(1.75 * choice.radius_mm, 14.0, 40.0);
-  }
-  if (choice.length_mm != 0) {
-    hook.length_mm = choice.length_mm;
-  }
-  if (!(hook.radius_mm >= kMinRadius_mm && hook.length_mm <= kMaxLength_mm &&
-        hook.length_mm <= std::numbers::pi * hook.radius_mm)) {
+  hook.curve = curve_of(choice, hook.curve);
+  if (choice.arcs_mm.size() % 2 != 0 || !can_be(hook.curve)) {
     throw std::invalid_argument(
-        "a hook has a radius of 6 mm or more and is half a circle long and 45 mm at most");
+        "a hook has radii of 6 mm or more, arcs of half a circle at most, and is 45 mm long at most");
   }
   CounterRandom random(scenario.seed, kHookStream, 0);
   hook.roll_rad = std::numbers::pi * random.signed_unit();
@@ -121,11 +137,13 @@ Catheterisation run_scenario(const Scenario& scenario, const std::function<void(
 std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
                                                      const std::function<void(std::size_t)>& progress) {
   static std::mutex mutex;
-  using Key = std::tuple<std::string, std::int64_t, std::string, double, double>;
+  using Key = std::tuple<std::string, std::int64_t, std::string, std::vector<std::pair<double, double>>>;
   static std::map<Key, std::weak_ptr<const Catheterisation>> runs;
   const std::lock_guard lock(mutex);
-  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file, scenario.catheter.hook.radius_mm,
-                      scenario.catheter.hook.length_mm}];
+  std::vector<std::pair<double, double>> arcs;
+  for (const RestArc& arc : scenario.catheter.hook.curve.arcs)
+    arcs.emplace_back(arc.length_mm, arc.radius_mm);
+  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file, std::move(arcs)}];
   std::shared_ptr<const Catheterisation> run = known.lock();
   if (run == nullptr) {
     run = std::make_shared<const Catheterisation>(run_scenario(scenario, progress));

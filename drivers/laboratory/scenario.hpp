@@ -93,13 +93,15 @@ Scenario in_vessel(Scenario scenario, const std::string& vessel_file);
 
 /// What a person says of a hook.
 struct HookChoice {
-  double radius_mm = 0;  ///< 0: as the preset has it
-  double length_mm = 0;  ///< 0: 1.75 times the radius, 14 mm at least and 40 mm at most
+  double radius_mm = 0;           ///< 0: as the preset has it
+  double length_mm = 0;           ///< 0: 1.75 times the radius, 14 mm at least and 40 mm at most
+  std::vector<double> arcs_mm{};  ///< instead of both: as RestCurve::from_pairs() takes them; empty: a circle
 };
 
 /// The scenario with a catheter whose tip is such a hook; the roll of its plane is drawn from the seed.
 /// Throws std::invalid_argument for a hook that cannot be: tighter than 6 mm (its nodes are 3 mm apart),
-/// longer than 45 mm (the bendable tip is 50 mm long), more than half a circle, or a length without a radius.
+/// longer than 45 mm (the bendable tip is 50 mm long), more than half a circle in one arc, or a length
+/// without a radius.
 Scenario with_hook(Scenario scenario, const HookChoice& choice);
 
 /// The scenario with pictures of a panel, parse_panel(`words`), of the same field of view; empty: as it is.

@@ -27,6 +27,14 @@ std::vector<KeyDescription> scene_settings() {
           "in a preset the catheter's tip is a hook of this radius, 6 or more; 0 = as the preset has it"),
       key::real("hook_length_mm", 0.0, "mm", {0, 45},
                 "length of the hook; 0 = 1.75 times its radius, 14 at least and 40 at most"),
+      {.name = "hook_arcs_mm",
+       .default_value = std::vector<double>{},
+       .unit = "mm",
+       .minimum = -500,
+       .maximum = 500,
+       .maximum_count = 2 * kMaxRestArcs,
+       .meaning = "instead of both: length and radius of each arc of the hook, one after the other, as "
+                  "rest_arcs_mm of an instrument; 45 mm at most, radii of 6 or more"},
       key::text(
           "panel", "", {},
           "what takes a preset's pictures: readout, bits and a pixel's mm where the patient is, such as "

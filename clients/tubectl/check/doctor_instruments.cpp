@@ -44,14 +44,15 @@ std::string words_of(const std::vector<Stretch>& stretches) {
 }
 
 Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::size_t cameras) {
-  const double inside_mm = instrument.hook_length_mm - RestHook::kInside_mm;
+  const double hook_mm = instrument.rest_curve().length_mm();
+  const double inside_mm = hook_mm - RestHook::kInside_mm;
   const Verdict verdict = cameras > 1 ? Verdict::kNote : Verdict::kAdvice;
   const char* const or_views = cameras > 0 ? ", or use two views at least 10 degrees apart" : "";
-  if (instrument.rest_shape == RestShape::kHook && first_mm > inside_mm) {
+  if (is_preshaped(instrument.rest_shape) && first_mm > inside_mm) {
     return {
         verdict,
         fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: {}",
-                    instrument.hook_length_mm, first_mm,
+                    hook_mm, first_mm,
                     cameras > 0 ? "one view cannot tell to which side the hook turns (AMBIGUOUS)"
                                 : "nothing tells to which side the hook turns"),
         fmt::format("mount a coil {:.0f} mm from the tip or nearer{}", std::max(inside_mm, 0.0), or_views)};

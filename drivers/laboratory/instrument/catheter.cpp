@@ -68,7 +68,7 @@ Catheter::Catheter(const CatheterProperties& properties, const Introducer& intro
   if (!(insertion_mm > properties.bendable_tip_mm)) {
     throw std::invalid_argument("the catheter has to be inserted by more than its bendable tip");
   }
-  if (properties.hook.length_mm > properties.bendable_tip_mm - spacing_mm_) {
+  if (properties.hook.length_mm() > properties.bendable_tip_mm - spacing_mm_) {
     throw std::invalid_argument("a hook has to be shorter than the bendable tip");
   }
   const auto way = route.size() < 2 ? straight_route(introducer, insertion_mm) : route;

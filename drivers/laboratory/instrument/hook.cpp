@@ -23,8 +23,7 @@ Eigen::Matrix3Xd with_hook(const Eigen::Matrix3Xd& nodes_world_mm, double spacin
                            const Eigen::Matrix3Xd& toward) {
   Eigen::Matrix3Xd nodes = nodes_world_mm;
   Eigen::Index last = 0;  // node that the hook turns
-  while (last + 2 < nodes.cols() &&
-         hook.turn_rad(static_cast<double>(last + 1) * spacing_mm, spacing_mm) > 0) {
+  while (last + 2 < nodes.cols() && (static_cast<double>(last) + 0.5) * spacing_mm < hook.length_mm()) {
     ++last;
   }
   if (last == 0) {

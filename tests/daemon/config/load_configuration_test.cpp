@@ -67,6 +67,13 @@ TEST(LoadConfiguration, ATipIsUnknownUnlessItIsSaidWhatItIsLike) {
   EXPECT_EQ(hook.rest_shape, RestShape::kHook);
   EXPECT_EQ(hook.hook_radius_mm, 12);
   EXPECT_EQ(hook.hook_length_mm, 25.5);
+  EXPECT_EQ(hook.rest_curve(), RestCurve::hook(12, 25.5));
+  const InstrumentDescription arcs =
+      instrument("rest_shape = \"arcs\"\nrest_arcs_mm = [8, 0, 14, 8, 12, 0, 20, -25, 5, 0]\n");
+  EXPECT_EQ(arcs.rest_shape, RestShape::kArcs);
+  EXPECT_EQ(arcs.rest_curve(), (RestCurve{{{8, 0}, {14, 8}, {12, 0}, {20, -25}, {5, 0}}}));
+  EXPECT_EQ(arcs.rest_curve().length_mm(), 54);
+  EXPECT_EQ(instrument("").rest_curve(), RestCurve{});
 }
 
 TEST(LoadConfiguration, TheDigestIsTheSha256OfTheFile) {

@@ -5,7 +5,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <vector>
 
+#include "drivers/interface/rest_curve.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {
@@ -15,6 +17,11 @@ struct HookedTube {
   double radius_mm = 8;
   double length_mm = 14;
   double roll_rad = 0;
+  std::vector<RestArc> arcs{};  ///< instead of the circle, as long together
+
+  [[nodiscard]] RestCurve curve() const {
+    return arcs.empty() ? RestCurve::hook(radius_mm, length_mm) : RestCurve{arcs};
+  }
 
   [[nodiscard]] Eigen::Vector3d toward() const {
     const Eigen::Vector3d t = arc_tangent_to_tip(length_mm);
@@ -27,9 +34,23 @@ struct HookedTube {
   }
   [[nodiscard]] Eigen::Vector3d point(double s_mm) const {
     if (s_mm >= length_mm) return arc_point(s_mm);
-    const double angle = (length_mm - s_mm) / radius_mm;
-    return arc_point(length_mm) +
-           radius_mm * (std::sin(angle) * arc_tangent_to_tip(length_mm) + (1 - std::cos(angle)) * toward());
+    Eigen::Vector3d at = arc_point(length_mm);
+    Eigen::Vector3d ahead = arc_tangent_to_tip(length_mm);
+    Eigen::Vector3d aside = toward();
+    double left_mm = length_mm - s_mm;
+    const RestCurve whole = curve();
+    for (auto arc = whole.arcs.rbegin(); arc != whole.arcs.rend() && left_mm > 0; ++arc) {
+      const double go_mm = arc + 1 == whole.arcs.rend() ? left_mm : std::min(left_mm, arc->length_mm);
+      const double angle = go_mm * arc->curvature_per_mm();
+      at += arc->radius_mm == 0
+                ? Eigen::Vector3d(go_mm * ahead)
+                : Eigen::Vector3d(arc->radius_mm * (std::sin(angle) * ahead + (1 - std::cos(angle)) * aside));
+      const Eigen::Vector3d turned = std::cos(angle) * ahead + std::sin(angle) * aside;
+      aside = std::cos(angle) * aside - std::sin(angle) * ahead;
+      ahead = turned;
+      left_mm -= go_mm;
+    }
+    return at;
   }
   [[nodiscard]] Eigen::Vector3d tangent_to_tip(double s_mm) const {
     return (point(s_mm - 1e-4) - point(s_mm + 1e-4)).normalized();

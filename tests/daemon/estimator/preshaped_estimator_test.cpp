@@ -22,6 +22,9 @@ struct PreshapedBench {
     instrument.rest_shape = told;
     instrument.hook_radius_mm = told == RestShape::kHook ? 8 : 0;
     instrument.hook_length_mm = told == RestShape::kHook ? 14 : 0;
+    for (const RestArc& arc : tube.arcs) {
+      instrument.rest_arcs_mm.insert(instrument.rest_arcs_mm.end(), {arc.length_mm, arc.radius_mm});
+    }
     if (two_views) {
       CameraCalibration second = room.cameras.front();
       second.name = "B";
@@ -151,6 +154,29 @@ TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen));
   EXPECT_NE(bench.words().find("a hook is configured"), std::string::npos) << bench.words();
   EXPECT_LT(bench.tip_error_mm(), 2);
+}
+
+// Little more than a third as bent as told: a wire is in it, or it is another one. What there is of it is
+// used.
+TEST(PreshapedEstimator, AHookThatIsFarStraighterThanItIsMadeIsTold) {
+  PreshapedBench bench({22, 14, 1}, 6, RestShape::kHook);
+  bench.measure_times(160);
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen));
+  EXPECT_NE(bench.words().find("far straighter than rest_shape says"), std::string::npos) << bench.words();
+  EXPECT_LT(bench.tip_error_mm(), 2);
+}
+
+// Behind a straight end of 10 mm the tube is turned by 100 degrees: for a straight tip the coil there is
+// wrong.
+TEST(PreshapedEstimator, ACoilThatArcsHaveTurnedAwayIsNoOutlier) {
+  for (const double roll_rad : {0.0, 1.6, 3.1, 4.7}) {
+    PreshapedBench bench({0, 24, roll_rad, {{10, 0}, {14, 8}}}, 10, RestShape::kArcs);
+    bench.measure_times(120);
+    EXPECT_EQ(bench.estimate->validity, Validity::kValid) << bench.words();
+    EXPECT_FALSE(bench.estimate->reasons.has(Reason::kCoilOutlier)) << roll_rad;
+    EXPECT_LT(bench.tip_error_mm(), 4.5) << roll_rad;
+  }
 }
 
 TEST(PreshapedEstimator, AResetForgetsTheHook) {

@@ -36,17 +36,17 @@ void weigh_all(double weight_per_mm, RestHook& hook) {
 }
 
 TEST(RestHook, ItsCurvatureTurnsTheTubeByItsAngle) {
-  for (const HookShape& shape : {HookShape{8, 14}, HookShape{16, 30}, HookShape{30, 40}}) {
-    const RestHook hook(spline(), shape);
+  for (const RestArc& arc : {RestArc{14, 8}, RestArc{30, 16}, RestArc{40, -30}}) {
+    const RestHook hook(spline(), {{arc}});
     double turned_rad = 0;
     double length_mm = 0;
     for (const RestHook::Node& node : hook.nodes()) {
       turned_rad += node.length_mm * node.curvature_per_mm;
       length_mm += node.length_mm;
     }
-    EXPECT_NEAR(turned_rad, shape.length_mm / shape.radius_mm, 0.05 * turned_rad);
+    EXPECT_NEAR(turned_rad, arc.length_mm / arc.radius_mm, 0.05 * std::abs(turned_rad));
     EXPECT_NEAR(length_mm, hook.segment_count() * spline().spacing_mm(), 1e-9);
-    EXPECT_GE(length_mm, shape.length_mm);
+    EXPECT_GE(length_mm, arc.length_mm);
   }
 }
 
@@ -54,7 +54,7 @@ TEST(RestHook, TheBinormalOfAShapeIsFoundFromAnywhere) {
   for (const double roll_rad : {0.0, 1.0, 2.5, 4.0, 5.5}) {
     const HookedTube tube{16, 30, roll_rad};
     const Eigen::Matrix3Xd C = fitted(tube);
-    RestHook hook(spline(), {16, 30});
+    RestHook hook(spline(), RestCurve::hook(16, 30));
     weigh_all(1e4, hook);
     for (const Eigen::Vector3d& from : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -1, 0.2)}) {
       hook.set_binormal(from);
@@ -67,7 +67,7 @@ TEST(RestHook, TheBinormalOfAShapeIsFoundFromAnywhere) {
 
 TEST(RestHook, ItsLengthIsHowFarTheHookIsOpen) {
   const Eigen::Matrix3Xd C = fitted({16 / 0.7, 30, 1});  // of 70 % of the curvature that it was made with
-  RestHook hook(spline(), {16, 30});
+  RestHook hook(spline(), RestCurve::hook(16, 30));
   weigh_all(1e6, hook);
   hook.fit_binormal(C);
   EXPECT_NEAR(hook.binormal().norm(), 0.7, 0.05);
@@ -77,7 +77,7 @@ TEST(RestHook, ItsLengthIsHowFarTheHookIsOpen) {
 /// written once more: what Ceres minimises.
 struct HookResiduals {
   CoilObservations coils;
-  HookShape shape;
+  RestCurve shape;
 
   [[nodiscard]] int count() const {
     const int segments = RestHook(spline(), shape).segment_count();
@@ -117,7 +117,7 @@ struct HookResiduals {
              hook.curvature_per_mm(node.s_mm) * b.cross(at(node.basis, node.basis.first_derivative))) *
             std::sqrt(node.length_mm / q));
     }
-    const CubicBasis begin = of.basis(shape.length_mm);
+    const CubicBasis begin = of.basis(shape.length_mm());
     *r++ = b.dot(at(begin, begin.first_derivative)) / RestHook::kSigmaOfPlane;
     *r++ = (b.norm() - 1) / RestHook::kSigmaOfOpening;
     return true;
@@ -133,7 +133,7 @@ TEST(RestHook, TheMinimumIsTheOneCeresFindsWithTheBinormalAsAnUnknown) {
     const CoilObservations coils =
         observe_coils(&frame, *history, room.instruments.front(), room.T_world_em, 150'000'000);
     TubeMap map(kSettings, 380);
-    RestHook hook(spline(), {8, 14});
+    RestHook hook(spline(), RestCurve::hook(8, 14));
     hook.set_binormal(tube.binormal());
     map.set_rest(&hook);
     Eigen::Matrix3Xd C(3, kSettings.coefficient_count);
@@ -144,7 +144,7 @@ TEST(RestHook, TheMinimumIsTheOneCeresFindsWithTheBinormalAsAnUnknown) {
     map.refine(coils, {}, nullptr, 30, C, converged);
     EXPECT_TRUE(converged);
 
-    const HookResiduals residuals{coils, {8, 14}};
+    const HookResiduals residuals{coils, RestCurve::hook(8, 14)};
     auto* function = new ceres::DynamicNumericDiffCostFunction<HookResiduals, ceres::CENTRAL>(
         new HookResiduals(residuals));
     function->AddParameterBlock(static_cast<int>(by_ceres.size()));
@@ -165,8 +165,27 @@ TEST(RestHook, TheMinimumIsTheOneCeresFindsWithTheBinormalAsAnUnknown) {
   }
 }
 
-TEST(RestHook, WithACoilInTheHookTheTipIsFound) {
-  const HookedTube tube{8, 14, 2};
+TEST(RestHook, ItsCurvatureIsThatOfTheArcOneIsIn) {
+  const RestHook hook(spline(), {{{8, 0}, {12, 10}, {6, 0}, {14, -20}, {9, 0}}});
+  EXPECT_EQ(hook.length_mm(), 40) << "a straight piece behind the arcs belongs to the shaft";
+  for (const auto& [s_mm, curvature] : std::vector<std::pair<double, double>>{{0, 0},
+                                                                              {4, 0},
+                                                                              {8, 0.05},
+                                                                              {9, 0.1},
+                                                                              {14, 0.1},
+                                                                              {19, 0.1},
+                                                                              {23, 0},
+                                                                              {27, -0.05},
+                                                                              {39, -0.05},
+                                                                              {41, 0}}) {
+    EXPECT_NEAR(hook.curvature_per_mm(s_mm), curvature, 1e-12) << s_mm;
+  }
+}
+
+class RestHookOf : public testing::TestWithParam<HookedTube> {};
+
+TEST_P(RestHookOf, AnyArcsWithACoilInThemLeadsToTheTip) {
+  const HookedTube& tube = GetParam();
   const RoomDescription room = room_with_first_coil(6);
   const auto history = std::make_unique<EmHistory>();
   const EmFrame frame = measure_hooked(tube, room, from_ns(1), 0, 0, 1);
@@ -175,7 +194,7 @@ TEST(RestHook, WithACoilInTheHookTheTipIsFound) {
   EstimatorSettings dense;
   dense.coefficient_count = 48;  // 8.4 mm apart
   TubeMap map(dense, 380);
-  RestHook hook(map.spline(), {8, 14});
+  RestHook hook(map.spline(), tube.curve());
   hook.set_binormal(tube.binormal());
   const auto tip_error_mm = [&](RestHook* rest) {
     map.set_rest(rest);
@@ -190,6 +209,10 @@ TEST(RestHook, WithACoilInTheHookTheTipIsFound) {
   EXPECT_LT(tip_error_mm(&hook), 0.6 * straight_mm) << straight_mm;
   EXPECT_LT(tip_error_mm(&hook), 2);
 }
+
+INSTANTIATE_TEST_SUITE_P(Shapes, RestHookOf,
+                         testing::Values(HookedTube{8, 14, 2}, HookedTube{0, 22, 2, {{8, 0}, {14, 9}}},
+                                         HookedTube{0, 45, 1, {{20, 12}, {25, 30}}}));
 
 }  // namespace
 }  // namespace tubed

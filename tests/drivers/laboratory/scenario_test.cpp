@@ -50,12 +50,13 @@ TEST(Scenario, TheClinicalRegistrationIsOffByAMillimetreAndATrackerHasAFrameOfIt
 
 TEST(Scenario, AHookIsAsAskedForAndItsRollIsTheSeeds) {
   const Hook usual = make_scenario("preshaped", 3).catheter.hook;
-  EXPECT_EQ(usual.radius_mm, 8);
-  EXPECT_EQ(usual.length_mm, 14);
+  EXPECT_EQ(usual.curve, RestCurve::hook(8, 14));
   EXPECT_NE(usual.roll_rad, make_scenario("preshaped", 4).catheter.hook.roll_rad);
   const Hook wider = with_hook(make_scenario("paper", 3), {16, 0}).catheter.hook;
-  EXPECT_EQ(wider.radius_mm, 16);
-  EXPECT_EQ(wider.length_mm, 28);
+  EXPECT_EQ(wider.curve, RestCurve::hook(16, 28));
+  const Hook arcs = with_hook(make_scenario("paper", 3), {0, 0, {5, 0, 12, 8, 10, -20, 4, 0}}).catheter.hook;
+  EXPECT_EQ(arcs.length_mm(), 27) << "a straight piece behind the arcs is not bent";
+  EXPECT_EQ(arcs.roll_rad, usual.roll_rad);
   EXPECT_EQ(wider.roll_rad, usual.roll_rad);
   EXPECT_FALSE(with_hook(make_scenario("paper", 3), {}).catheter.hook.is_there());
 }
@@ -63,7 +64,9 @@ TEST(Scenario, AHookIsAsAskedForAndItsRollIsTheSeeds) {
 TEST(Scenario, AHookThatCannotBeIsRefused) {
   const Scenario paper = make_scenario("paper", 3);
   for (const HookChoice& hook :
-       {HookChoice{5, 0}, HookChoice{30, 46}, HookChoice{6, 20}, HookChoice{0, 14}}) {
+       {HookChoice{5, 0}, HookChoice{30, 46}, HookChoice{6, 20}, HookChoice{0, 14},
+        HookChoice{0, 0, {10, 8, 5}}, HookChoice{0, 0, {10, 5}}, HookChoice{0, 0, {10, 0}},
+        HookChoice{0, 0, {20, 10, 26, -30}}, HookChoice{0, 0, {0, 8, 10, 8}}}) {
     EXPECT_THROW(with_hook(paper, hook), std::invalid_argument) << hook.radius_mm << ' ' << hook.length_mm;
   }
 }

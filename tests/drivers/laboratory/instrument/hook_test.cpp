@@ -44,7 +44,7 @@ Eigen::Matrix3Xd circular_chain(double radius_mm) {
 
 TEST(Hook, OfAStraightChainItIsItsCircle) {
   const Eigen::Matrix3Xd nodes = straight_chain();
-  const Hook hook{8, 14, 0};
+  const Hook hook{RestCurve::hook(8, 14), 0};
   const CatheterShape shape(with_hook(nodes, kSpacing_mm, hook, toward(nodes, Eigen::Vector3d::UnitY())),
                             kSpacing_mm);
   const CatheterShape before(nodes, kSpacing_mm);
@@ -66,7 +66,8 @@ TEST(Hook, OfAStraightChainItIsItsCircle) {
 TEST(Hook, TheCurveHasTheMaterialsLengthAndNoCorner) {
   const Eigen::Matrix3Xd nodes = circular_chain(40);
   const CatheterShape shape(
-      with_hook(nodes, kSpacing_mm, {6, 18, 0}, toward(nodes, Eigen::Vector3d(0.5, 1, 0.1))), kSpacing_mm);
+      with_hook(nodes, kSpacing_mm, {RestCurve::hook(6, 18), 0}, toward(nodes, Eigen::Vector3d(0.5, 1, 0.1))),
+      kSpacing_mm);
   constexpr double kStep_mm = 0.01;
   for (double s_mm = 0; s_mm < 50; s_mm += kStep_mm) {
     const ShapePoint here = shape.at(s_mm);
@@ -84,11 +85,28 @@ TEST(Hook, InThePlaneOfTheChainsCircleCurvaturesAdd) {
     inward.col(edge) = Eigen::Vector3d::UnitY().cross(t);  // from z toward x: to the circle's middle
   }
   for (const double side : {1.0, -1.0}) {
-    const CatheterShape shape(with_hook(nodes, kSpacing_mm, {20, 25, 0}, side * inward), kSpacing_mm);
+    const CatheterShape shape(with_hook(nodes, kSpacing_mm, {RestCurve::hook(20, 25), 0}, side * inward),
+                              kSpacing_mm);
     const double turned_rad =
         std::acos(shape.at(5).tangent_world.dot(shape.at(5 + 2 * kSpacing_mm).tangent_world));
     EXPECT_NEAR(turned_rad, 2 * kSpacing_mm * std::abs(1.0 / 40 + side / 20), 1e-6);
   }
+}
+
+// 9.375 mm to one side, as much straight, and as much to the other one: it runs as before, further aside.
+TEST(Hook, ArcsToBothSidesEndParallelToTheChain) {
+  const Eigen::Matrix3Xd nodes = straight_chain();
+  constexpr double kArc_mm = 3 * kSpacing_mm;
+  const double first_mm = kArc_mm + kSpacing_mm / 2;  // of which the last half spacing is straight
+  const Hook hook{{{{first_mm, -12}, {kArc_mm, 0}, {kArc_mm, 12}}}, 0};
+  const CatheterShape shape(with_hook(nodes, kSpacing_mm, hook, toward(nodes, Eigen::Vector3d::UnitY())),
+                            kSpacing_mm);
+  const double turned_rad = kArc_mm / 12;
+  EXPECT_LT((shape.at(0).tangent_world - Eigen::Vector3d::UnitZ()).norm(), 1e-9);
+  const Eigen::Vector3d between = shape.at(first_mm + kArc_mm / 2).tangent_world;
+  EXPECT_LT((between - Eigen::Vector3d(0, std::sin(turned_rad), std::cos(turned_rad))).norm(), 1e-9);
+  const double aside_mm = shape.at(0).p_world_mm.y() - CatheterShape(nodes, kSpacing_mm).at(0).p_world_mm.y();
+  EXPECT_NEAR(aside_mm, 2 * 12 * (1 - std::cos(turned_rad)) + kArc_mm * std::sin(turned_rad), 0.1);
 }
 
 TEST(Hook, WithoutOneNothingChanges) {
