@@ -99,7 +99,25 @@ def write_angiogram(path):
                      + element(0x7FE0, 0x10, b"OW", bytes(2 * 1024 * 1024)))
 
 
+def write_tip(file):
+    """Points every 2.5 mm along a tip of 8 mm straight, 12 mm of radius 9, 40 mm straight, 30 mm of radius 25 the other way; shaking by 0.1 mm."""
+    noise = random.Random(4)
+    arcs, shaft_mm, step_mm = ((8, 0), (12, 1 / 9), (40, 0), (30, -1 / 25)), 30, 2.5
+    x, y, heading, rows = 0.0, 0.0, 0.4, []
+    s_mm, next_mm, dense_mm = 0.0, 0.0, 0.01
+    for length_mm, curvature in (*arcs, (shaft_mm, 0)):
+        for _ in range(round(length_mm / dense_mm)):
+            if s_mm >= next_mm - 1e-6:
+                rows.append(f"{x + noise.gauss(0, 0.1):.2f},{y + noise.gauss(0, 0.1):.2f}")
+                next_mm += step_mm
+            x, y = x + dense_mm * math.cos(heading), y + dense_mm * math.sin(heading)
+            heading += dense_mm * curvature
+            s_mm += dense_mm
+    file.write_text("x_mm,y_mm\n" + "\n".join(rows) + "\n")
+
+
 def write_all(folder):
+    write_tip(folder / "jl.csv")
     write_probe(folder / "probe.csv")
     write_still(folder / "still")
     write_markers(folder)

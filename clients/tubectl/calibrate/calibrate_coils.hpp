@@ -1,4 +1,4 @@
-// The verbs below `tubectl calibrate` that are about coils.
+// The verbs below `tubectl calibrate` that are about the catheter and its coils.
 #pragma once
 
 #include "idl/command_line/command_line.hpp"
@@ -7,5 +7,6 @@ namespace tubed {
 
 CommandLine add_calibrate_coils(CommandLine app, int& exit_code);
 CommandLine add_calibrate_noise(CommandLine app, int& exit_code);
+CommandLine add_calibrate_tip(CommandLine app, int& exit_code);
 
 }  // namespace tubed

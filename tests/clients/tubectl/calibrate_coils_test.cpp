@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "clients/tubectl/verbs.hpp"
+#include "tests/clients/tubectl/calibrate_outcome.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -51,26 +52,10 @@ void write_groove(const TemporaryFolder& folder, double scale, double period_s =
   folder.write("em.csv", em.str());
 }
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-Outcome calibrate(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "calibrate");
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.exit_code = run_verb(add_calibrate, std::move(arguments));
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.err = testing::internal::GetCapturedStderr();
-  return outcome;
-}
-
 TEST(CalibrateCoils, AGrooveWithATouchedTipGivesAFragmentWithBeforeAndAfter) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
-  const Outcome outcome = calibrate({"coils", "--tip", "0,0,0", folder.path().string()});
+  const CalibrateOutcome outcome = calibrate({"coils", "--tip", "0,0,0", folder.path().string()});
   EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_NE(outcome.out.find("offset_from_tip_mm"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("offset_sigma_mm"), std::string::npos);
@@ -80,14 +65,14 @@ TEST(CalibrateCoils, AGrooveWithATouchedTipGivesAFragmentWithBeforeAndAfter) {
 TEST(CalibrateCoils, AChangeOfMoreThanTwoMillimetresIsWarnedOf) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
-  const Outcome outcome = calibrate({"coils", "--tip", "0,0,-5", folder.path().string()});
+  const CalibrateOutcome outcome = calibrate({"coils", "--tip", "0,0,-5", folder.path().string()});
   EXPECT_NE(outcome.out.find("WARNING: by more than 2 mm"), std::string::npos) << outcome.out;
 }
 
 TEST(CalibrateCoils, MetresInsteadOfMillimetresAreToldByTheDistances) {
   const TemporaryFolder folder;
   write_groove(folder, 0.001);
-  const Outcome outcome = calibrate({"coils", folder.path().string()});
+  const CalibrateOutcome outcome = calibrate({"coils", folder.path().string()});
   EXPECT_EQ(outcome.exit_code, kExitBadData);
   EXPECT_NE(outcome.err.find("units"), std::string::npos) << outcome.err;
 }
@@ -95,7 +80,7 @@ TEST(CalibrateCoils, MetresInsteadOfMillimetresAreToldByTheDistances) {
 TEST(CalibrateCoils, TimeStampsThatStandStillAreRefused) {
   const TemporaryFolder folder;
   write_groove(folder, 1, 0);
-  const Outcome outcome = calibrate({"coils", folder.path().string()});
+  const CalibrateOutcome outcome = calibrate({"coils", folder.path().string()});
   EXPECT_EQ(outcome.exit_code, kExitBadData);
   EXPECT_NE(outcome.err.find("stand still"), std::string::npos) << outcome.err;
 }
@@ -108,7 +93,8 @@ TEST(CalibrateCoils, AFolderThatIsNotThereIsBadDataAndNoCrash) {
 TEST(CalibrateCoils, AReversedOrderIsBadDataAndNothingIsOffered) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
-  const Outcome outcome = calibrate({"coils", "--tip", "0,0,380", "--json", "-", folder.path().string()});
+  const CalibrateOutcome outcome =
+      calibrate({"coils", "--tip", "0,0,380", "--json", "-", folder.path().string()});
   EXPECT_EQ(outcome.exit_code, kExitBadData);
   EXPECT_NE(outcome.err.find("order is reversed"), std::string::npos) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["mistakes"].size(), 1U);
@@ -118,7 +104,7 @@ TEST(CalibrateCoils, ATipThatIsNoPlaceIsRefused) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
   for (const char* const tip : {"1,2", "1,2,x", "1,2,3,4", "nan,0,0"}) {
-    const Outcome outcome = calibrate({"coils", "--tip", tip, folder.path().string()});
+    const CalibrateOutcome outcome = calibrate({"coils", "--tip", tip, folder.path().string()});
     EXPECT_EQ(outcome.exit_code, kExitBadData) << tip;
     EXPECT_NE(outcome.err.find("expected X,Y,Z"), std::string::npos) << outcome.err;
   }
@@ -135,10 +121,10 @@ TEST(CalibrateCoils, AReportIsAnSvgPage) {
 TEST(CalibrateNoise, StillCoilsGiveNumbersAndSetNoSigmaOfTheirOwn) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
-  const Outcome json = calibrate({"noise", folder.path().string(), "--json", "-"});
+  const CalibrateOutcome json = calibrate({"noise", folder.path().string(), "--json", "-"});
   ASSERT_EQ(json.exit_code, kExitOk) << json.err;
   EXPECT_NEAR(nlohmann::json::parse(json.out)["position_mm"], 0.2, 0.02);
-  const Outcome fragment = calibrate({"noise", folder.path().string()});
+  const CalibrateOutcome fragment = calibrate({"noise", folder.path().string()});
   EXPECT_EQ(fragment.out.find("sigma_position_mm ="), std::string::npos) << fragment.out;
   EXPECT_NE(fragment.out.find("still coils do not show the field"), std::string::npos);
 }
@@ -146,7 +132,7 @@ TEST(CalibrateNoise, StillCoilsGiveNumbersAndSetNoSigmaOfTheirOwn) {
 TEST(CalibrateNoise, WithTheFieldsErrorKnownSigmaIsBothTogether) {
   const TemporaryFolder folder;
   write_groove(folder, 1);
-  const Outcome outcome = calibrate({"noise", folder.path().string(), "--field-mm", "0.9"});
+  const CalibrateOutcome outcome = calibrate({"noise", folder.path().string(), "--field-mm", "0.9"});
   EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_NE(outcome.out.find("sigma_position_mm = 0.92"), std::string::npos)
       << outcome.out;  // hypot(0.2, 0.9)

@@ -10,6 +10,7 @@
 
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_writer.hpp"
+#include "tests/clients/tubectl/calibrate_outcome.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -101,27 +102,16 @@ void write_recording(const std::filesystem::path& folder, const Hand& hand, doub
   writer.finish();
 }
 
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-Outcome calibrate_time(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {"calibrate", "time"});
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  Outcome outcome;
-  outcome.exit_code = run_verb(add_calibrate, std::move(arguments));
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.err = testing::internal::GetCapturedStderr();
-  return outcome;
+CalibrateOutcome calibrate_time(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "time");
+  return calibrate(std::move(arguments));
 }
 
 TEST(CalibrateTime, ATubeThatIsMovedSaysByHowMuchStampsAreLate) {
   const TemporaryFolder folder;
   write_recording(folder.path() / "run", {}, 0.037);
 
-  const Outcome outcome = calibrate_time({(folder.path() / "run").string(), "--json", "-"});
+  const CalibrateOutcome outcome = calibrate_time({(folder.path() / "run").string(), "--json", "-"});
 
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   const auto found = nlohmann::json::parse(outcome.out)["cameras"][0];
@@ -133,7 +123,7 @@ TEST(CalibrateTime, StampsThatAreFarTooEarlyAreFoundToo) {
   const TemporaryFolder folder;
   write_recording(folder.path() / "run", {}, -0.26);
 
-  const Outcome outcome =
+  const CalibrateOutcome outcome =
       calibrate_time({(folder.path() / "run").string(), "--report", (folder.path() / "page.svg").string()});
 
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
@@ -147,7 +137,7 @@ TEST(CalibrateTime, WhatCannotTellTheOffsetIsMetWithWords) {
   const std::string run = (folder.path() / "run").string();
   const auto refused_with = [&](const std::string& words, std::vector<std::string> further = {}) {
     further.insert(further.begin(), run);
-    const Outcome outcome = calibrate_time(further);
+    const CalibrateOutcome outcome = calibrate_time(further);
     EXPECT_EQ(outcome.exit_code, kExitBadData) << words << outcome.out;
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.out.find("time_offset_ms"), std::string::npos);
@@ -169,7 +159,7 @@ TEST(CalibrateTime, WhatCannotTellTheOffsetIsMetWithWords) {
 TEST(CalibrateTime, ARecordingWithoutImagesIsRefused) {
   const StraightSequence sequence(3);
 
-  const Outcome outcome = calibrate_time({sequence.path()});
+  const CalibrateOutcome outcome = calibrate_time({sequence.path()});
 
   EXPECT_EQ(outcome.exit_code, kExitBadData);
   EXPECT_NE(outcome.err.find("camera A: the recording has no image of it"), std::string::npos) << outcome.err;
