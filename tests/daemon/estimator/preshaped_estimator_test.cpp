@@ -156,10 +156,9 @@ TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {
   EXPECT_LT(bench.tip_error_mm(), 2);
 }
 
-// Little more than a third as bent as told: a wire is in it, or it is another one. What there is of it is
-// used.
+// A quarter as bent as told: a wire is in it, or it is another one. The shape is right.
 TEST(PreshapedEstimator, AHookThatIsFarStraighterThanItIsMadeIsTold) {
-  PreshapedBench bench({22, 14, 1}, 6, RestShape::kHook);
+  PreshapedBench bench({32, 14, 1}, 6, RestShape::kHook);
   bench.measure_times(160);
   EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen));
