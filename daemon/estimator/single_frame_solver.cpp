@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include "daemon/estimator/loose_tip.hpp"
 
@@ -19,9 +17,6 @@ constexpr double kFewestAgreeing = 0.62;
 constexpr double kDoubtfulAgreeing = 0.78;
 constexpr double kDoubtfulPull = 2.4;
 constexpr double kGreatestPull = 8;
-constexpr double kFits = 8;     // chi^2 a coil, 5 dof, of a shape whose hook is rolled as it should be
-constexpr double kOpen = 0.75;  // one that is less open may have been bent straight from the wrong side
-constexpr int kRolls = 8;
 
 }  // namespace
 
@@ -50,57 +45,15 @@ bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate
     reject_outlier(coils);
   }
   if (rest_ != nullptr) {
-    estimate.iterations += static_cast<std::uint32_t>(solve_with_rest(coils));
-    if (is_held &&
-        (map_.contradiction(coils, C_) > kFits * coils.used_count() || rest_->binormal().norm() < kOpen)) {
-      find_roll(coils);
-    }
+    map_.set_rest(rest_);
+    map_.solve_linear(coils, C_);
+    estimate.iterations +=
+        static_cast<std::uint32_t>(map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_));
   }
   if (is_held) {
     reject_outlier(coils);
   }
   return true;
-}
-
-int SingleFrameSolver::solve_with_rest(const CoilObservations& coils) {
-  map_.set_rest(rest_);
-  map_.solve_linear(coils, C_);
-  return map_.refine(coils, {}, nullptr, settings_.iterations, C_, converged_);
-}
-
-// A binormal far from the truth does not come to it: it is looked for all around the shaft, which the coils
-// behind the hook lead.
-void SingleFrameSolver::find_roll(const CoilObservations& coils) {
-  const double cost = map_.cost();
-  CoilObservations behind = coils;
-  for (CoilObservation& coil : behind.coils) {
-    if (coil.used() && coil.s_mm <= rest_->length_mm()) coil.state = CoilState::kOutlier;
-  }
-  map_.set_rest(nullptr);
-  if (!map_.solve_linear(behind, C_without_)) {
-    map_.set_rest(rest_);
-    return;
-  }
-  const CubicBasis& basis = rest_->beginning();
-  const Eigen::Vector3d tangent = combine(C_without_, basis.first, basis.first_derivative).normalized();
-  const Eigen::Vector3d aside = tangent.unitOrthogonal();
-  Eigen::Vector3d best = rest_->binormal();
-  map_.set_rest(rest_);
-  double least = cost;
-  for (int start = 0; start < kRolls; ++start) {
-    const double roll_rad = 2 * std::numbers::pi * start / kRolls;
-    rest_->set_binormal(std::cos(roll_rad) * aside + std::sin(roll_rad) * tangent.cross(aside));
-    bool converged = false;
-    map_.solve_linear(coils, C_without_);
-    map_.refine(coils, {}, nullptr, settings_.iterations, C_without_, converged);
-    if (map_.cost() < least) {
-      least = map_.cost();
-      best = rest_->binormal();
-      C_ = C_without_;
-      converged_ = converged;
-    }
-  }
-  rest_->set_binormal(best);
 }
 
 // A coil that reports OK but contradicts the others: leaving it out must save more than its prior belief

@@ -34,9 +34,8 @@ class SingleFrameSolver {
   /// from a straight tube. It belongs to the caller.
   void set_rest(RestHook* hook) { rest_ = hook; }
 
-  /// Weighted MAP of Eq. (14) of the coils; a coil that contradicts the others is marked kOutlier. The roll
-  /// of a hook with a coil in it is looked for all around where it does not fit as it is. False with fewer
-  /// than two usable coils.
+  /// Weighted MAP of Eq. (14) of the coils; a coil that contradicts the others is marked kOutlier: where one
+  /// lies in the hook, with the hook, else with a straight tip. False with fewer than two usable coils.
   bool solve_em(CoilObservations& coils, TubeEstimate& estimate);
 
   /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
@@ -71,8 +70,6 @@ class SingleFrameSolver {
   double pull_on(const CoilObservations& coils, double coil_cost_before);
   ImageVerdict judge_images(const CoilObservations& coils, double coil_cost_before, bool may_be_chance,
                             const TubeEstimate& estimate);
-  int solve_with_rest(const CoilObservations& coils);
-  void find_roll(const CoilObservations& coils);
   void reject_outlier(CoilObservations& coils);
 
   EstimatorSettings settings_;
