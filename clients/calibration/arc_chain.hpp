@@ -10,7 +10,7 @@
 namespace tubed {
 
 /// Begins somewhere in some direction; each piece has a length and a curvature. Before the first and behind
-/// the last piece the arcs go on.
+/// the last piece the arcs go on. mm and rad in the drawing's plane; used by one thread.
 class ArcChain {
  public:
   /// So many pieces of equal length along a line of points (2 x n, mm), with the curvature that the line has

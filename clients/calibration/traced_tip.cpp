@@ -68,8 +68,8 @@ void check_drawing(const TracedTip& drawing) {
   }
 }
 
-/// n ln s^2 + k ln n with s^2 = SSE / (n - k): where an arc is as many numbers as four points are, what it
-/// explains is its own. k: a curvature and an end each arc, and where and to where the first one begins.
+/// n ln s^2 + 1.5 k ln n with the unbiased s^2 = SSE / (n - k), because there are as few as four points for
+/// each arc. k: a curvature and an end each arc, and where and in which direction the first one begins.
 double criterion(const ArcChain& chain, const Eigen::Matrix2Xd& points) {
   const auto n = static_cast<double>(points.cols());
   const double k = 2 * static_cast<double>(chain.piece_count()) + 2;

@@ -19,6 +19,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   views_.forget();  // lines of older images may be what led the shape away
   if (registered_) {
     images_ = start_.fuse_images(observation, coils, views_, ShortPiece::kLost, estimate);
+    state_.images_with_tube = images_ == ImageVerdict::kShowsTube ? kConfirming : 0;
   }
   suppose_coil_errors();
   const auto lines = views_.constraints(observation, 1, false);

@@ -102,7 +102,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
     double last_freedom = 1;         ///< that of the newest EM measurement
     UsualSurprise usual;
     int images_without_tube = 0;
-    int images_with_tube = 0;    ///< in a row, up to as many as confirm a short piece
+    int images_with_tube = 0;    ///< in a row, as many as confirm a short piece at most
     bool tip_is_missed = false;  ///< the newest image that showed the tube did not show its tip there
     int doubted_times = 0;       ///< in a row that a shape of the instant alone knew better
     MonotonicTime doubted_em{};  ///< newest EM frame at the last of them
@@ -165,6 +165,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void trace_tip(const Observation& observation, double loose_mm, TubeEstimate& estimate);
   void test_mirrored(std::span<const ViewConstraints> lines, const CoilObservations& coils,
                      TubeEstimate& estimate);
+  static constexpr int kConfirming = 3;  ///< images in a row, for a short piece that was not seen before
   bool shows_tube(MonotonicTime instant, const TubeEstimate& estimate);
   double judge_coils(CoilObservations& coils, MonotonicTime time, double interval_s);
   void measure_innovations(const CoilObservations& coils);

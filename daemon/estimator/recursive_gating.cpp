@@ -222,7 +222,7 @@ void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& histor
 // A beginning knows little, and nearly everything agrees with it: a coil that it left out has to agree well,
 // and so has one that it could not ask.
 void RecursiveEstimator::leave_out_as_found(const CoilObservations& coils) {
-  const bool asked = coils.used_count() >= SingleFrameSolver::kFewestForMajority - 1;
+  const bool asked = coils.used_count() >= SingleFrameSolver::kMinForMajority - 1;
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     DoubtedCoil& doubted = state_.doubted[static_cast<std::size_t>(i)];

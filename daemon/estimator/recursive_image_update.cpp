@@ -10,9 +10,8 @@ namespace tubed {
 namespace {
 
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
-constexpr double kFewestAgreeing = 0.62;    // share of lines; as in SingleFrameSolver
+constexpr double kMinAgreeing = 0.62;       // share of lines; as in SingleFrameSolver
 constexpr double kDoubtfulAgreeing = 0.78;
-constexpr int kConfirming = 3;
 constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
 constexpr double kSureOfTip_px = RecursiveEstimator::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
@@ -177,12 +176,13 @@ void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, c
 // A short piece that was not seen before is believed at the third image in a row.
 bool RecursiveEstimator::shows_tube(MonotonicTime instant, const TubeEstimate& estimate) {
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  if (agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull(state_.C) >= kDoubtfulPull)) {
+  if (agreeing < kMinAgreeing || (agreeing < kDoubtfulAgreeing && pull(state_.C) >= kDoubtfulPull)) {
     state_.images_with_tube = 0;
     return false;
   }
-  state_.images_with_tube = std::min(state_.images_with_tube + 1, kConfirming);
-  return state_.images_with_tube == kConfirming || !views_.may_agree_by_chance(instant);
+  const bool is_by_itself = !views_.may_agree_by_chance(instant);
+  state_.images_with_tube = is_by_itself ? kConfirming : std::min(state_.images_with_tube + 1, kConfirming);
+  return state_.images_with_tube == kConfirming;
 }
 
 // chi^2 of the way from the prediction; columns that follow add nothing to it.

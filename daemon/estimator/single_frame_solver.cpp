@@ -13,7 +13,7 @@ constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
 // Share of the lines that agree, and how much the coils object (chi^2 a coil, 5 dof): the tube's own image
 // had at least 0.68 and at most 2.2 in all frames tried, another scene's image 0.56 and 4.2 in the median.
-constexpr double kFewestAgreeing = 0.62;
+constexpr double kMinAgreeing = 0.62;
 constexpr double kDoubtfulAgreeing = 0.78;
 constexpr double kDoubtfulPull = 2.4;
 constexpr double kGreatestPull = 8;
@@ -59,7 +59,7 @@ bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate
 // A coil that reports OK but contradicts the others: leaving it out must save more than its prior belief
 // costs. With fewer than four usable coils there is no majority to ask.
 void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
-  if (coils.used_count() < kFewestForMajority) {
+  if (coils.used_count() < kMinForMajority) {
     return;
   }
   const double cost = map_.contradiction(coils, C_);
@@ -193,7 +193,7 @@ ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, doub
   }
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
   const double pull = pull_on(coils, coil_cost_before);
-  if (may_be_chance || agreeing < kFewestAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
+  if (may_be_chance || agreeing < kMinAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
     return ImageVerdict::kLost;
   }
   return pull > kGreatestPull ? ImageVerdict::kContradicts : ImageVerdict::kShowsTube;

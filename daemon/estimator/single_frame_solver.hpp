@@ -28,7 +28,7 @@ class SingleFrameSolver {
   SingleFrameSolver(const EstimatorSettings& settings, double length_mm);
 
   /// With fewer usable coils nobody can say that one contradicts the others.
-  static constexpr int kFewestForMajority = 4;
+  static constexpr int kMinForMajority = 4;
 
   /// Bending is measured from this hook from the next solve_em() on, which begins with its binormal; nullptr:
   /// from a straight tube. It belongs to the caller.

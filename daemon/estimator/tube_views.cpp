@@ -14,11 +14,11 @@ namespace tubed {
 namespace {
 
 // Noise agrees with 0.62 of 8 to 16 lines in one image of 5, of 24 to 32 in one of 16, of 80 in one of 100.
-constexpr int kFewestNotByChance = 40;
-constexpr int kFewestLines = 10;          // with fewer lines in view an image says nothing
-constexpr double kFewestAgreeing = 0.5;   // share of the lines without which a round finds nothing
+constexpr int kMinLinesNotByChance = 40;
+constexpr int kMinLines = 10;             // with fewer lines in view an image says nothing
+constexpr double kMinAgreeing = 0.5;      // share of the lines without which a round finds nothing
 constexpr double kEndPiece_mm = 16;       // its last piece, that may be seen or missed
-constexpr int kFewestTipLines = 4;        // in view, to say which
+constexpr int kMinTipLines = 4;           // in view, to say which
 constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
@@ -146,7 +146,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = 0;
   view.misses_tip.reset();
   view.unseen_at_tip = 0;
-  view.lines_asked = in_view < kFewestLines ? 0 : in_view;
+  view.lines_asked = in_view < kMinLines ? 0 : in_view;
   if (view.lines_asked == 0) {
     return;
   }
@@ -154,7 +154,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = outcome.inlier_ratio;
   view.misses_tip = misses_tip_here();
   view.unseen_at_tip = unseen_here();
-  if (view.inlier_ratio < kFewestAgreeing) {
+  if (view.inlier_ratio < kMinAgreeing) {
     return;
   }
   view.seen.record({lines_.data(), static_cast<std::size_t>(layout_.count)}, layout_.spacing_mm);
@@ -181,7 +181,7 @@ std::optional<bool> TubeViews::misses_tip_here() const {
     asked += line.in_view ? 1 : 0;
     agreeing += line.in_view && line.agrees ? 1 : 0;
   }
-  return asked < kFewestTipLines ? std::nullopt : std::optional(2 * agreeing < asked);
+  return asked < kMinTipLines ? std::nullopt : std::optional(2 * agreeing < asked);
 }
 
 int TubeViews::unseen_here() const {
@@ -203,7 +203,7 @@ int TubeViews::unseen_at_tip(MonotonicTime instant) const {
 
 bool TubeViews::may_agree_by_chance(MonotonicTime instant) const {
   return std::ranges::none_of(views_, [instant](const View& view) {
-    return view.exposure == instant && view.lines_asked >= kFewestNotByChance;
+    return view.exposure == instant && view.lines_asked >= kMinLinesNotByChance;
   });
 }
 

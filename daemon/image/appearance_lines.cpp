@@ -10,8 +10,8 @@ namespace tubed {
 
 namespace {
 
-constexpr double kFewestAgreeing = 0.62;  // share of lines on which a first look may be learnt
-constexpr double kSlowShare = 0.05;       // of one trusted image
+constexpr double kMinAgreeingToLearn = 0.62;  // share of lines on which a first look may be learnt
+constexpr double kSlowShare = 0.05;           // of one trusted image
 constexpr std::array<double, 3> kContours = {0.5, 0.25, 0};  // epsilon in turn, of the reach
 constexpr double kNarrowContour_px = 1.5;
 constexpr int kStepsEach = 8;
@@ -53,7 +53,7 @@ LineAppearance::LineAppearance() {
 LineSearch::Outcome LineAppearance::begin(const ImageMeasurement& image, CorrespondenceLines& lines,
                                           int count, int reach_px, LineSearch& search) {
   const LineSearch::Outcome outcome = search.search(image, lines, count, reach_px, kLineTransition_px);
-  if (outcome.inlier_ratio >= kFewestAgreeing) {
+  if (outcome.inlier_ratio >= kMinAgreeingToLearn) {
     remember(lines, count, reach_px);
     learn(image, 1);
   }

@@ -117,16 +117,20 @@ std::string mistake_meanings() {
 }
 
 void add_tip_options(CommandLine& verb, SimulatedRun& run) {
-  verb.add_option("--hook-radius", run.hook_radius_mm,
-                  "Let the catheter's tip be a hook of so many mm radius (default: as the preset has it)")
-      .in_range(6.0, 100.0);
-  verb.add_option("--hook-length", run.hook_length_mm,
-                  "Length of the hook along the catheter, mm (default: 1.75 times its radius, 14 to 40)")
-      .in_range(1.0, 45.0);
+  const Argument radius =
+      verb.add_option("--hook-radius", run.hook_radius_mm,
+                      "Let the catheter's tip be a hook of so many mm radius (default: as the preset has it)")
+          .in_range(6.0, 100.0);
+  const Argument length =
+      verb.add_option("--hook-length", run.hook_length_mm,
+                      "Length of the hook along the catheter, mm (default: 1.75 times its radius, 14 to 40)")
+          .in_range(1.0, 45.0);
   verb.add_option("--hook-arcs", run.hook_arcs_mm,
                   "The hook in several arcs, L,R,L,R..: length and radius of each from the tip on, mm, as "
                   "rest_arcs_mm of an instrument (radius 0: straight, negative: to the other side)")
-      .delimiter(',');
+      .delimiter(',')
+      .excludes(radius)
+      .excludes(length);
   verb.add_option("--tip-coil", run.tip_coil_mm,
                   "The first coil lies so many mm behind the tip (default: as the preset has it, 10)")
       .in_range(0.5, 60.0);

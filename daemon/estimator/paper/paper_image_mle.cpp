@@ -17,7 +17,7 @@ constexpr double kBandReach_px = 14.0;       // half width of Omega beyond the t
 constexpr double kShortest_px_per_mm = 0.2;  // a tube that runs toward the source has no side to look to
 constexpr double kViewMargin_px = 3.0;
 constexpr int kFewestVertices = 10;  // in view; with fewer an image says nothing
-constexpr double kFewestAgreeing = 0.5;
+constexpr double kMinAgreeing = 0.5;
 constexpr double kTransition_px = 0.7;
 constexpr std::array<int, 2> kStartDivisors = {1, 2};
 constexpr int kJudgingReach_px = 4;
@@ -118,7 +118,7 @@ bool PaperImageMle::start_on_lines(const ImageMeasurement& image, const Eigen::M
   project(K);
   const int count = static_cast<int>(path_.size());
   if (prepare_lines() < kFewestVertices ||
-      search_.search(image, lines_, count, reach_px, kTransition_px).inlier_ratio < kFewestAgreeing) {
+      search_.search(image, lines_, count, reach_px, kTransition_px).inlier_ratio < kMinAgreeing) {
     return false;
   }
   Eigen::MatrixXd matrix = line_prior_;

@@ -359,6 +359,12 @@ TEST(Assemble, AHookWhoseRollNobodyWillFindIsAllowedAndSaid) {
   EXPECT_NE(warnings_with("em")[0].find("instrument[0].rest_shape: mode \"em\" takes every tip for straight"),
             std::string::npos)
       << warnings_with("em")[0];
+  const Configuration arcs = parse_configuration(
+      base_with("diameter_mm = 2.33",
+                "diameter_mm = 2.33\nrest_shape = \"arcs\"\nrest_arcs_mm = [14, 8]\nmode = \"em\""),
+      "room.toml");
+  ASSERT_EQ(arcs.warnings.size(), 1U);
+  EXPECT_EQ(arcs.warnings[0], warnings_with("em")[0]);
 }
 
 TEST(Assemble, ADriversTableNeedsItsRequiredKeysOnlyWhenASourceUsesIt) {

@@ -60,6 +60,30 @@ TEST(RecursiveShortPiece, IsNotBelievedWhereAShapeBegins) {
   EXPECT_FALSE(bench.estimate->has_image);
 }
 
+/// From the next image on the view looks elsewhere and says so: little more than the tip is in it.
+void turn_away(FilterBench& bench) {
+  CameraCalibration& camera = bench.room.cameras.front();
+  camera.cy = 680;
+  const Eigen::Vector3d t = camera.T_camera_world.translation();
+  bench.own_geometry =
+      ViewGeometry{camera.fx, camera.fy, camera.cx, camera.cy, {1, 0, 0, 0}, {t.x(), t.y(), t.z()}, {}};
+}
+
+TEST(RecursiveShortPiece, OfATubeThatTheImageBeforeShowedIsBelievedAtOnce) {
+  for (const unsigned first_seed : {3U, 4U}) {  // a shape that begins with an image, and one that does not
+    FilterBench bench;
+    bench.seed = first_seed;
+    bench.measure();
+    if (first_seed != 3) {
+      ASSERT_FALSE(is_lost_at(bench, true));
+    }
+    turn_away(bench);
+    EXPECT_FALSE(is_lost_at(bench, true)) << first_seed;
+    EXPECT_GT(bench.estimate->in_view_ratio, 0);
+    EXPECT_LT(bench.estimate->in_view_ratio, 0.2F);
+  }
+}
+
 // More of it agrees with noise in one image of a hundred.
 TEST(RecursiveShortPiece, OfMoreLinesIsBelievedAtOnce) {
   FilterBench bench;
