@@ -10,10 +10,13 @@ namespace {
 
 constexpr double kPriorSamples = 3;
 constexpr double kMemory_s = 60;
-constexpr double kNewAfter_mm = 100;  // way after which an error that stays is another one
-constexpr double kMostSquare = 9;     // more is an outlier
+constexpr double kNewAfter_mm = 200;  // way after which an error that stays is another one
+// Of a sample, by an error that stays: a field bends neighbouring coils alike, and they follow each other
+// through the same places. Counted in full, an image's one side soon says that depth is as good.
+constexpr double kOwnShare = 0.3;
+constexpr double kMostSquare = 9;  // more is an outlier
 constexpr double kLeastFactor = 0.25;
-constexpr double kMostFactor = 1;  // what is wrong may be the image
+constexpr double kMostFactor = 2;  // more, and the image is wrong
 
 // The side to which an image sees a point of the tube move: unit, world frame; nothing outside the image and
 // behind a mask.
@@ -71,7 +74,8 @@ void CoilErrorScale::observe(const CoilObservations& coils, const CoilNoise& noi
     const Eigen::Vector3d p_mm = combine(C, basis.first, basis.value);
     const Eigen::Vector3d direction = -combine(C, basis.first, basis.first_derivative).normalized();
     Place& place = places_[static_cast<std::size_t>(i)];
-    const double moved = place.seen ? std::min(1.0, (p_mm - place.p_world_mm).norm() / kNewAfter_mm) : 1.0;
+    const double moved =
+        kOwnShare * (place.seen ? std::min(1.0, (p_mm - place.p_world_mm).norm() / kNewAfter_mm) : 1.0);
     for (const ViewConstraints& view : views) {
       Eigen::Vector3d side;
       if (!seen_side(*view.camera, p_mm, direction, side)) {

@@ -15,8 +15,10 @@ namespace tubed {
 /// better than the coils are, so the distance of a coil from it there is one sample of the coil's error along
 /// one axis. The scale is the mean square of such samples in units of the settings, begun with kPriorSamples
 /// as the settings say. An error that stays gives no new sample with the next image: each counts by the share
-/// of it that is new, by noise or by the way the coil has gone. Called by the optimizer thread; never
-/// allocates.
+/// of it that is new, by noise or by the way the coil has gone; and as a part of one, since a field bends
+/// neighbouring coils alike. So a run of small errors across the view says little about depth, and large ones
+/// make sigma larger than the settings have it, up to twice: a wrong registration looks the same. Called by
+/// the optimizer thread; never allocates.
 class CoilErrorScale {
  public:
   explicit CoilErrorScale(const EstimatorSettings& settings) : settings_(settings) {}

@@ -22,13 +22,14 @@ constexpr double kMemory = 0.15;  // share of the newest answer
 // Gains, chi^2 of the straight tip less that of the hook, means over rounds: measured with bench/tips.
 constexpr double kAdopted = 12;
 constexpr double kAdoptedAtOnce = 25;  // of two rounds
-constexpr double kDropped = 0;
+constexpr double kDropped = 4;  // an adopted hook: straight tips keep 2 to 3 where they were taken for one
+constexpr double kClearlyStraight = 0;
 constexpr double kUndecided = 8;
 constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see the smallest hook
 constexpr double kSeesTheHook_mm = 3;    // from where it begins
 constexpr double kSameTip_mm = 2;        // which of the two it is then makes no difference
 constexpr double kNoSuchHook = -5;
-constexpr double kStraightened = 0.5;  // of its curvature: two of kSigmaOfOpening below as made
+constexpr double kStraightened = 0.55;  // of its curvature: nearly two of kSigmaOfOpening below as made
 constexpr double kSideKnownFor_s = 1.5;
 
 std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
@@ -68,7 +69,7 @@ void TipShape::reset() {
 bool TipShape::is_due(MonotonicTime instant) const {
   const bool is_known = std::all_of(records_.begin(), records_.end(),
                                     [](const Record& record) { return record.asked >= kMinRounds; }) &&
-                        (active_ ? records_[*active_].mean_gain > kAdopted : gain() < kDropped);
+                        (active_ ? records_[*active_].mean_gain > kAdopted : gain() < kClearlyStraight);
   return to_ns(asked_) == 0 || instant < asked_ ||
          seconds_between(asked_, instant) >= (is_known ? kAskWhenKnown_s : kAskEvery_s);
 }

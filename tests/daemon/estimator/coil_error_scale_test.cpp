@@ -82,8 +82,20 @@ TEST(CoilErrorScale, ErrorsThatStayCountOnce) {
   EXPECT_GT(once, 0.5 * kSet_mm);
 }
 
-TEST(CoilErrorScale, IsNeverMoreThanTheSettingsHoweverFarOffACoilIs) {
-  EXPECT_DOUBLE_EQ(Confirmed().after(100, 4, true, 60).position_mm(), kSet_mm);
+// They see one smooth field: five coils that are right across the view leave depth nearly as it was.
+TEST(CoilErrorScale, CoilsThatErrByTheSameFieldAreNotAsManySamples) {
+  EXPECT_GT(Confirmed().after(200, 0, false).position_mm(), 0.75 * kSet_mm);
+}
+
+// What moves all coils across the view, as a wrong registration does, may be as far off in depth.
+TEST(CoilErrorScale, CoilsFurtherOffThanTheSettingsSayRaiseIt) {
+  const double mm = Confirmed().after(100, 0, false, 6).position_mm();
+  EXPECT_GT(mm, 1.2 * kSet_mm);
+  EXPECT_LT(mm, 2 * kSet_mm);
+}
+
+TEST(CoilErrorScale, IsNeverMoreThanTwiceTheSettingsHoweverFarOffACoilIs) {
+  EXPECT_DOUBLE_EQ(Confirmed().after(100, 8, true, 60).position_mm(), 2 * kSet_mm);
 }
 
 TEST(CoilErrorScale, CoilsOutsideTheImageSayNothing) {

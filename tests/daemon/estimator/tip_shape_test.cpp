@@ -168,6 +168,17 @@ TEST(TipShape, AHookThatIsGoneIsDroppedWithinSeconds) {
   EXPECT_LT(0.6 * images, 10) << "seconds";
 }
 
+// A straight tip that was taken for a hook may keep a small gain for long: what bends it lasts.
+TEST(TipShape, AHookIsDroppedWhileItIsStillALittleTheBetter) {
+  TipBench bench(kHook, 6);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  ASSERT_NE(bench.shape->rest(), nullptr);
+  bench.tube = kStraight;
+  for (int i = 0; i < 40 && bench.shape->rest() != nullptr; ++i) bench.ask();
+  ASSERT_EQ(bench.shape->rest(), nullptr);
+  EXPECT_GT(bench.shape->gain(), 0);
+}
+
 TEST(TipShape, TwoSidesAreTenDegreesApartAndOfTheSameSecond) {
   TipBench bench({8, 14, 1}, 15, RestShape::kHook);
   for (int i = 0; i < 4; ++i) bench.ask();
