@@ -116,7 +116,6 @@ void CoilImageAgreement::reset() {
   next_ = 0;
   views_ = {};
   past_count_ = 0;
-  outlier_since_.fill(std::nullopt);
   newest_ = MonotonicTime{};
   verdict_ = Verdict{};
   disagree_ = false;
@@ -133,7 +132,6 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed&
   newest_ = shape.instant;
   forget(shape, begins ? -1 : dt_s);
   remember_places(shape);
-  note_outliers(coils, shape.instant);
   lasting_mm_ = std::max(lasting_mm, errors_.coil_mm);
   for (const ViewConstraints& view : shape.views) {
     const std::optional<Sight> sight = look(*view.camera, shape.instant);
@@ -196,29 +194,6 @@ std::optional<CoilImageAgreement::Sight> CoilImageAgreement::look(const Camera& 
   return std::nullopt;
 }
 
-// A burst of outliers is no error of the room, and would stay in the evidence for kMemory_s.
-void CoilImageAgreement::note_outliers(const CoilObservations& coils, MonotonicTime instant) {
-  for (int i = 0; i < coils.count; ++i) {
-    auto& since = outlier_since_[static_cast<std::size_t>(i)];
-    switch (coils.coils[static_cast<std::size_t>(i)].state) {
-      case CoilState::kUsed:
-        since.reset();
-        break;
-      case CoilState::kOutlier:
-        since = since.value_or(instant);
-        break;
-      default:
-        break;
-    }
-  }
-}
-
-bool CoilImageAgreement::says_something(const CoilObservation& coil, int index, MonotonicTime instant) const {
-  const auto& since = outlier_since_[static_cast<std::size_t>(index)];
-  return coil.used() ||
-         (coil.state == CoilState::kOutlier && seconds_between(*since, instant) >= kOutlierLasts_s);
-}
-
 // A displacement of the coil at p along `side`, so many times: what every unknown adds to it.
 void CoilImageAgreement::add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side,
                                          double weight) {
@@ -240,7 +215,7 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
     const bool is_shown = std::any_of(
         view.lines, view.lines + view.count,
         [&coil](const LineConstraint& line) { return std::abs(line.s_mm - coil.s_mm) <= kNearest_mm; });
-    if (!says_something(coil, i, shape.instant) || !is_shown) {
+    if ((coil.state != CoilState::kUsed && coil.state != CoilState::kOutlier) || !is_shown) {
       continue;
     }
     const CubicBasis basis = shape.spline.basis(coil.s_mm);

@@ -31,12 +31,11 @@ enum class Discord : std::uint32_t {
 /// model (LinearEvidence): the registration's shift and turn; an offset along the tube that all coils share;
 /// the clock; each view's magnification; three numbers a coil of its own, and three that it shares with its
 /// neighbours, as a smooth field does. What was seen is forgotten over kMemory_s, or when the tube has moved
-/// elsewhere in the field. A coil that the estimator holds for an outlier says something of the room from
-/// kOutlierLasts_s on: what comes and goes is no error of the room. Explanations are compared by their
-/// evidence: "as stated" allows RoomErrors and what the tracker may be wrong by; each of the others allows
-/// one part much more and is a hundred times less likely before anything was seen. Across one view three of
-/// the registration's six numbers show; what does not show keeps its prior, so that doubt() is large in depth
-/// where much is wrong across. Called by the optimizer thread; memory is taken in the constructor.
+/// elsewhere in the field. Explanations are compared by their evidence: "as stated" allows RoomErrors and
+/// what the tracker may be wrong by; each of the others allows one part much more and is a hundred times less
+/// likely before anything was seen. Across one view three of the registration's six numbers show; what does
+/// not show keeps its prior, so that doubt() is large in depth where much is wrong across. Called by the
+/// optimizer thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);
@@ -84,7 +83,6 @@ class CoilImageAgreement {
   void reset();
 
   static constexpr double kMemory_s = 6;
-  static constexpr double kOutlierLasts_s = 1.5;
 
  private:
   struct Explanation {
@@ -127,8 +125,6 @@ class CoilImageAgreement {
     double news = 1;
   };
   std::optional<Sight> look(const Camera& camera, MonotonicTime instant);
-  void note_outliers(const CoilObservations& coils, MonotonicTime instant);
-  [[nodiscard]] bool says_something(const CoilObservation& coil, int index, MonotonicTime instant) const;
   void add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight);
   void observe_across(const CoilObservations& coils, const Confirmed& shape, const ViewConstraints& view,
                       const Sight& sight, double noise_mm);
@@ -140,7 +136,6 @@ class CoilImageAgreement {
 
   RoomErrors errors_;
   std::vector<double> places_mm_;  ///< of the coils, along the tube
-  std::array<std::optional<MonotonicTime>, kMaxCoils> outlier_since_{};
   int view_count_;
   Eigen::MatrixXd neighbours_;  ///< Cholesky factor of how coils share what they are off by
   LinearEvidence evidence_;

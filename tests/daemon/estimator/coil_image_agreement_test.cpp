@@ -296,33 +296,6 @@ TEST(CoilImageAgreement, ACoilThatTheEstimatorLeavesOutIsEvidenceStill) {
   EXPECT_EQ(agreement.verdict().index, 2);
 }
 
-Mistake third_off(const Eigen::Vector3d& off_mm) {
-  return [=](const Eigen::Vector3d& p_mm, int coil, double) -> Eigen::Vector3d {
-    return coil == 2 ? Eigen::Vector3d(p_mm + off_mm) : p_mm;
-  };
-}
-
-TEST(CoilImageAgreement, ABurstOfOutliersIsNoErrorOfTheRoom) {
-  Bench bench;
-  bench.watch(3, as_it_is);
-  bench.third = CoilState::kOutlier;
-  const double before = bench.watch(1.2, third_off({9, 9, 0})).verdict().as_stated;
-  bench.third = CoilState::kUsed;
-  EXPECT_GT(before, 0.9);
-  EXPECT_GT(bench.watch(2, as_it_is).verdict().as_stated, 0.9);
-}
-
-TEST(CoilImageAgreement, EachBurstOfOutliersIsABurst) {
-  Bench bench;
-  bench.watch(3, as_it_is);
-  for (int i = 0; i < 4; ++i) {
-    bench.third = CoilState::kOutlier;
-    EXPECT_GT(bench.watch(0.8, third_off({9, 9, 0})).verdict().as_stated, 0.9) << i;
-    bench.third = CoilState::kUsed;
-    bench.watch(0.2, as_it_is);
-  }
-}
-
 TEST(CoilImageAgreement, AfterAResetNothingIsKnown) {
   Bench bench;
   EXPECT_TRUE(bench.watch(5, registered_wrong({6, 4, 0}, 0)).disagree());
