@@ -11,12 +11,12 @@ namespace {
 constexpr double kPriorSamples = 3;
 constexpr double kMemory_s = 60;
 constexpr double kNewAfter_mm = 200;  // way after which an error that stays is another one
-// Of a sample, by an error that stays: a field bends neighbouring coils alike, and they follow each other
-// through the same places. Counted in full, an image's one side soon says that depth is as good.
+// What an error that stays counts as a sample: a field bends neighbouring coils alike, and they follow each
+// other through the same places. Counted in full, the one side that a view shows soon speaks for depth.
 constexpr double kOwnShare = 0.3;
-constexpr double kMostSquare = 9;  // more is an outlier
-constexpr double kLeastFactor = 0.25;
-constexpr double kMostFactor = 2;  // more, and the image is wrong
+constexpr double kMaxSquare = 9;  // that of an outlier counts as much and no more
+constexpr double kMinFactor = 0.25;
+constexpr double kMaxFactor = 2;  // beyond it the image is the likelier to be wrong
 
 // The side to which an image sees a point of the tube move: unit, world frame; nothing outside the image and
 // behind a mask.
@@ -38,11 +38,11 @@ bool seen_side(const Camera& camera, const Eigen::Vector3d& p_world_mm, const Ei
 
 void CoilErrorScale::MeanSquare::add(double square, double share) {
   weight += share;
-  sum += share * std::min(square, kMostSquare);
+  sum += share * std::min(square, kMaxSquare);
 }
 
 double CoilErrorScale::MeanSquare::factor() const {
-  return std::clamp(std::sqrt((kPriorSamples + sum) / (kPriorSamples + weight)), kLeastFactor, kMostFactor);
+  return std::clamp(std::sqrt((kPriorSamples + sum) / (kPriorSamples + weight)), kMinFactor, kMaxFactor);
 }
 
 void CoilErrorScale::reset() {
@@ -74,7 +74,7 @@ void CoilErrorScale::observe(const CoilObservations& coils, const CoilNoise& noi
     const Eigen::Vector3d p_mm = combine(C, basis.first, basis.value);
     const Eigen::Vector3d direction = -combine(C, basis.first, basis.first_derivative).normalized();
     Place& place = places_[static_cast<std::size_t>(i)];
-    const double moved =
+    const double lasting_share =
         kOwnShare * (place.seen ? std::min(1.0, (p_mm - place.p_world_mm).norm() / kNewAfter_mm) : 1.0);
     for (const ViewConstraints& view : views) {
       Eigen::Vector3d side;
@@ -84,8 +84,8 @@ void CoilErrorScale::observe(const CoilObservations& coils, const CoilNoise& noi
       place = {true, p_mm};
       const double position = side.dot(coil.p_world_mm - p_mm) / settings_.sigma_position_mm;
       const double tangent = side.dot(coil.tangent_world - direction) / settings_.sigma_tangent;
-      position_.add(position * position, std::max(position_share, moved));
-      tangent_.add(tangent * tangent, std::max(tangent_share, moved));
+      position_.add(position * position, std::max(position_share, lasting_share));
+      tangent_.add(tangent * tangent, std::max(tangent_share, lasting_share));
     }
   }
 }

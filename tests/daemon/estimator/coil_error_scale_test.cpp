@@ -75,7 +75,8 @@ TEST(CoilErrorScale, OfATrackerAsTheSettingsSayStays) {
 }
 
 TEST(CoilErrorScale, ErrorsThatStayCountOnce) {
-  // Coils without any error: three samples of the prior and one of each coil in view, in whichever image.
+  // Coils without any error: three samples of the prior and a part of one of each coil in view, in whichever
+  // image.
   Confirmed room;
   const double once = room.after(3, 0, false).position_mm();
   EXPECT_NEAR(room.after(200, 0, false).position_mm(), once, 0.1 * once);
