@@ -7,13 +7,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(R);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "clients/calibration/camera_words.hpp"
 #include "clients/calibration/report_page.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
@@ -14,7 +14,6 @@ namespace {
 constexpr const char* kBlue = "#2b6cb0";
 constexpr const char* kRed = "#b3261e";
 constexpr const char* kGreen = "#1b7f3b";
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::vector<double> residuals_px(const CameraFindings& findings) {
   std::vector<double> lengths;

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <sstream>
+
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
@@ -13,7 +14,6 @@ namespace {
 
 using Statements = std::vector<CameraStatement>;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMuchClipped = 0.2;  // of the pixels
 
 std::string of(std::size_t part, std::size_t whole) {

@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 
 #include "clients/calibration/configuration_fragment.hpp"
 #include "drivers/png/png_file.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
@@ -58,7 +58,6 @@ Eigen::Vector3d place_before(const CameraCalibration& camera) {
 }
 
 CameraCalibration turned(CameraCalibration camera, const GantryAngles& angles, std::size_t image) {
-  constexpr double kDegree = std::numbers::pi / 180;
   const Eigen::Vector3d pivot_camera_mm = camera.T_camera_world * place_before(camera);
   const Eigen::Matrix3d turn = (Eigen::AngleAxisd(angles.primary_deg * kDegree, Eigen::Vector3d::UnitY()) *
                                 Eigen::AngleAxisd(angles.secondary_deg * kDegree, Eigen::Vector3d::UnitX()))

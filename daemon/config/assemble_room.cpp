@@ -114,7 +114,7 @@ void check_offsets(const CheckedTable& instrument, Problems& problems) {
   }
 }
 
-void check_sensors(const CheckedTable& instrument, Problems& problems) {
+void check_coil_sensors(const CheckedTable& instrument, Problems& problems) {
   std::set<std::int64_t> seen;
   for (const CheckedTable& coil : instrument.many("coil")) {
     if (coil.sound("sensor") && !seen.insert(coil.get<std::int64_t>("sensor")).second) {
@@ -259,7 +259,7 @@ InstrumentDescription instrument_description(const CheckedTable& table, Problems
     instrument.coils.push_back(coil_placement(coil));
   }
   check_offsets(table, problems);
-  check_sensors(table, problems);
+  check_coil_sensors(table, problems);
   check_expected_tools(table, problems);
   check_rest_shape(table, instrument, problems);
   check_marks(table, instrument, problems);

@@ -15,7 +15,7 @@ namespace {
 using Keys = std::vector<KeyDescription>;
 
 // The keys of several lists, one after the other.
-Keys joined(std::initializer_list<Keys> lists) {
+Keys all_of(std::initializer_list<Keys> lists) {
   Keys all;
   for (const Keys& keys : lists) {
     all.insert(all.end(), keys.begin(), keys.end());
@@ -26,7 +26,7 @@ Keys joined(std::initializer_list<Keys> lists) {
 TableDescription daemon_table() {
   return {.name = "daemon",
           .meaning = "the daemon as a whole",
-          .keys = joined({descriptions(log_keys()), descriptions(rate_keys())})};
+          .keys = all_of({descriptions(log_keys()), descriptions(rate_keys())})};
 }
 
 TableDescription realtime_table() {
@@ -62,7 +62,7 @@ TableDescription em_table(const std::vector<std::string>& driver_names) {
       .name = "em",
       .minimum_count = 1,
       .meaning = "the EM tracker",
-      .keys = joined({source_keys(driver_names, "the driver of the EM tracker"),
+      .keys = all_of({source_keys(driver_names, "the driver of the EM tracker"),
                       descriptions(back_off_keys()), registration_keys()}),
       .tables = {{.name = "reference",
                   .meaning =
@@ -78,7 +78,7 @@ TableDescription camera_table(const std::vector<std::string>& driver_names) {
       .shape = TableShape::kMany,
       .maximum_count = kMaxCameras,
       .meaning = "one view of the fluoroscope",
-      .keys = joined({descriptions(camera_keys()), source_keys(driver_names, "the driver of the images")}),
+      .keys = all_of({descriptions(camera_keys()), source_keys(driver_names, "the driver of the images")}),
       .tables = {{.name = "c_arm",
                   .meaning = "instead of fx, fy and T_camera_world: a C-arm's distances and angles, as "
                              "DICOM defines them; cx and cy are of its image, which is as the source sees "
@@ -101,7 +101,7 @@ TableDescription instrument_table() {
           .minimum_count = 1,
           .maximum_count = kMaxInstruments,
           .meaning = "one tracked catheter",
-          .keys = joined({descriptions(instrument_keys()), {own_mode}}),
+          .keys = all_of({descriptions(instrument_keys()), {own_mode}}),
           .tables = {coil}};
 }
 
@@ -112,7 +112,7 @@ TableDescription estimator_table() {
       .keys = descriptions(paper_keys())};
   return {.name = "estimator",
           .meaning = "how the shape is estimated, for every instrument",
-          .keys = joined({descriptions(estimator_keys()), descriptions(image_timeout_keys())}),
+          .keys = all_of({descriptions(estimator_keys()), descriptions(image_timeout_keys())}),
           .tables = {paper}};
 }
 

@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kPriorSamples = 3;
 constexpr double kMemory_s = 60;
-constexpr double kNewAfter_mm = 200;  // way after which an error that stays is another one
 // What an error that stays counts as a sample: a field bends neighbouring coils alike, and they follow each
 // other through the same places. Counted in full, the one side that a view shows soon speaks for depth.
 constexpr double kOwnShare = 0.3;

@@ -21,6 +21,9 @@ namespace tubed {
 /// the optimizer thread; never allocates.
 class CoilErrorScale {
  public:
+  static constexpr double kNewAfter_mm =
+      200;  ///< way of a coil after which an error that stays is another one
+
   explicit CoilErrorScale(const EstimatorSettings& settings) : settings_(settings) {}
 
   /// Takes the coils against the shape C (of `map`) that an image with these lines confirmed. `dt_s`: since

@@ -11,8 +11,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kNewAfter_mm = 200;  // way of the tube after which the field is another one
-constexpr int kJudgedAtOnce = 4;      // explanations an image
+constexpr int kJudgedAtOnce = 4;    // explanations an image
 constexpr double kNew_s = 0.13;     // after which an image brings as much as if there had been none before it
 constexpr double kMinNews = 1e-3;   // two images of an instant
 constexpr double kNearest_mm = 5;   // of an image line to a coil, along the tube
@@ -78,7 +77,7 @@ double prior_odds(Discord discord) {
   }
 }
 
-std::vector<double> places_of(const InstrumentDescription& instrument) {
+std::vector<double> coil_places_of(const InstrumentDescription& instrument) {
   std::vector<double> places_mm;
   for (const CoilPlacement& coil : instrument.coils) {
     places_mm.push_back(coil.offset_from_tip_mm);
@@ -91,7 +90,7 @@ std::vector<double> places_of(const InstrumentDescription& instrument) {
 CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument,
                                        int view_count)
     : errors_(errors),
-      places_mm_(places_of(instrument)),
+      places_mm_(coil_places_of(instrument)),
       view_count_(view_count),
       neighbours_(shared_by_neighbours(places_mm_)),
       evidence_(shared_column(coil_count())),
@@ -154,7 +153,7 @@ void CoilImageAgreement::forget(const Confirmed& shape, double dt_s) {
   }
   const double moved_mm = (place_mm - place_mm_).norm();
   place_mm_ = place_mm;
-  evidence_.forget(std::exp(-std::max(dt_s, 0.0) / kMemory_s - moved_mm / kNewAfter_mm));
+  evidence_.forget(std::exp(-std::max(dt_s, 0.0) / kMemory_s - moved_mm / CoilErrorScale::kNewAfter_mm));
 }
 
 void CoilImageAgreement::remember_places(const Confirmed& shape) {

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
+
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
@@ -11,7 +12,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr milliseconds kStuck{150};        // the same value for so long, as of any coil
 constexpr int kMinRepeats = 3;             // and at least so often
 constexpr milliseconds kConfirmed{250};    // two measurements farther apart confirm nothing

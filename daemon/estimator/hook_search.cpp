@@ -9,7 +9,7 @@ namespace tubed {
 
 namespace {
 
-constexpr std::array<int, 2> kReaches_px = {14, 6};
+constexpr std::array<int, 2> kSearchReaches_px = {14, 6};
 constexpr int kCoilIterations = 5;
 constexpr int kLineIterations = 4;
 // Operators bend tips as well, and vessels do: what a wire or a wall makes of the last piece, a quarter
@@ -81,7 +81,7 @@ double HookSearch::between_tips_mm() const {
 // Where the hypothesis has the tube in the images, twice, nearer each time.
 void HookSearch::look(const Observation& observation, const CoilObservations& coils, Hypothesis& hypothesis) {
   bool converged = false;
-  for (const int reach_px : kReaches_px) {
+  for (const int reach_px : kSearchReaches_px) {
     views_.measure(observation, map_.spline(), hypothesis.C, {reach_px, false}, figures_);
     map_.refine(coils, views_.constraints(observation, 1, true), nullptr, kLineIterations, hypothesis.C,
                 converged);

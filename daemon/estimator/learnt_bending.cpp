@@ -8,7 +8,7 @@ namespace tubed {
 namespace {
 
 constexpr double kAveragedOver_mm = 10;  // of the tube, standard deviation of a Gaussian
-constexpr double kMemory_s = 0.5;
+constexpr double kBendingMemory_s = 0.5;
 // Weight of the settings, in units of one shape's. So a tube as straight as a line can still be bent, and
 // where nothing is measured, so that the expectation is what it was, the settings are what is left.
 constexpr double kOfTheSettings = 0.2;
@@ -30,7 +30,7 @@ LearntBending::LearntBending(Eigen::Index node_count, double spacing_mm)
 
 void LearntBending::learn(const TubeMap& map, const Eigen::Matrix3Xd& C, double interval_s,
                           Eigen::VectorXd& factors) {
-  const double share = std::clamp(interval_s / kMemory_s, 0.0, 1.0);
+  const double share = std::clamp(interval_s / kBendingMemory_s, 0.0, 1.0);
   map.expect_bending(C, expected_);
   averaged_.noalias() = averaging_ * expected_;
   factors.array() += share * ((kOfTheSettings + averaged_.array()) / (kOfTheSettings + 1) - factors.array());

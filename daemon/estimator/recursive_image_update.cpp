@@ -10,9 +10,7 @@ namespace tubed {
 namespace {
 
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
-constexpr double kMinAgreeing = 0.62;       // share of lines; as in SingleFrameSolver
-constexpr double kDoubtfulAgreeing = 0.78;
-constexpr double kDoubtfulPull = 60;  // chi^2 of the prediction against the image
+constexpr double kDoubtfulPull = 60;        // chi^2 of the prediction against the image
 constexpr double kSureOfTip_px = RecursiveEstimator::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
 // Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
@@ -176,7 +174,8 @@ void RecursiveEstimator::test_mirrored(std::span<const ViewConstraints> lines, c
 // A short piece that was not seen before is believed at the third image in a row.
 bool RecursiveEstimator::shows_tube(MonotonicTime instant, const TubeEstimate& estimate) {
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
-  if (agreeing < kMinAgreeing || (agreeing < kDoubtfulAgreeing && pull(state_.C) >= kDoubtfulPull)) {
+  if (agreeing < SingleFrameSolver::kMinAgreeing ||
+      (agreeing < SingleFrameSolver::kDoubtfulAgreeing && pull(state_.C) >= kDoubtfulPull)) {
     state_.images_with_tube = 0;
     return false;
   }

@@ -11,11 +11,7 @@ namespace {
 
 constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
-// Share of the lines that agree, and how much the coils object (chi^2 a coil, 5 dof): the tube's own image
-// had at least 0.68 and at most 2.2 in all frames tried, another scene's image 0.56 and 4.2 in the median.
-constexpr double kMinAgreeing = 0.62;
-constexpr double kDoubtfulAgreeing = 0.78;
-constexpr double kDoubtfulPull = 2.4;
+constexpr double kDoubtfulPullOfCoil = 2.4;         // chi^2, 5 degrees of freedom: see SingleFrameSolver
 constexpr double kGreatestPull = 8;
 
 }  // namespace
@@ -193,7 +189,8 @@ ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, doub
   }
   const auto agreeing = static_cast<double>(estimate.image_inlier_ratio);
   const double pull = pull_on(coils, coil_cost_before);
-  if (may_be_chance || agreeing < kMinAgreeing || (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPull)) {
+  if (may_be_chance || agreeing < kMinAgreeing ||
+      (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPullOfCoil)) {
     return ImageVerdict::kLost;
   }
   return pull > kGreatestPull ? ImageVerdict::kContradicts : ImageVerdict::kShowsTube;

@@ -30,6 +30,13 @@ class SingleFrameSolver {
   /// With fewer usable coils nobody can say that one contradicts the others.
   static constexpr int kMinForMajority = 4;
 
+  /// Shares of the lines that agree with the tube: with fewer than the first, or with fewer than the second
+  /// while the coils object (chi^2 a coil, 5 degrees of freedom), an image shows another scene. The tube's
+  /// own image had at least 0.68 and a chi^2 of at most 2.2 in all frames tried, another scene's 0.56 and 4.2
+  /// in the median.
+  static constexpr double kMinAgreeing = 0.62;
+  static constexpr double kDoubtfulAgreeing = 0.78;
+
   /// Bending is measured from this hook from the next solve_em() on, which begins with its binormal; nullptr:
   /// from a straight tube. It belongs to the caller.
   void set_rest(RestHook* hook) { rest_ = hook; }

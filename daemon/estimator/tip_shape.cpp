@@ -16,7 +16,7 @@ constexpr std::array<RestArc, 2> kGenericHooks{{{14, 8}, {30, 16}}};
 constexpr std::size_t kStartsEach = HookSearch::kStarts;
 constexpr double kAskEvery_s = 0.5;
 constexpr double kAskWhenKnown_s = 2;
-constexpr double kMinShare = 0.25;  // of a round that an image answers
+constexpr double kMinAnswered = 0.25;  // of a round that an image answers
 constexpr int kMinRounds = 3;
 constexpr double kMemory = 0.15;  // share of the newest answer
 // Gains, chi^2 of the straight tip less that of the hook, means over rounds: measured with bench/tips.
@@ -93,7 +93,7 @@ double TipShape::gain() const {
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
   const std::size_t all = solutions_of_a_round();
   if (to_ns(newest_) == 0) return 1;
-  const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, kMinShare, 1.0);
+  const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, kMinAnswered, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
 }
 

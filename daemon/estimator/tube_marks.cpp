@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSigmaMark_px = 0.5;  // of all marks together, beside the shift's own
 
-double square(double x) { return x * x; }
+double squared(double x) { return x * x; }
 
 }  // namespace
 
@@ -81,7 +81,7 @@ void TubeViews::measure_marks(const ImageMeasurement& image, View& view) {
     const double seen_mm = mark_mm + found->shift_mm;
     const Eigen::Vector2d tipward = found_px(seen_mm - 1) - found_px(seen_mm + 1);
     const double px_per_mm = tipward.norm() / 2;
-    const double variance = square(found->sigma_mm * px_per_mm) + square(kSigmaMark_px);
+    const double variance = squared(found->sigma_mm * px_per_mm) + squared(kSigmaMark_px);
     view.measured[static_cast<std::size_t>(view.count++)] = {mark_mm, found_px(seen_mm), tipward.normalized(),
                                                              count * variance};
   }

@@ -15,15 +15,15 @@ namespace {
 
 // Noise agrees with 0.62 of 8 to 16 lines in one image of 5, of 24 to 32 in one of 16, of 80 in one of 100.
 constexpr int kMinLinesNotByChance = 40;
-constexpr int kMinLines = 10;             // with fewer lines in view an image says nothing
-constexpr double kMinAgreeing = 0.5;      // share of the lines without which a round finds nothing
-constexpr double kEndPiece_mm = 16;       // its last piece, that may be seen or missed
-constexpr int kMinTipLines = 4;           // in view, to say which
-constexpr int kEndInside = 12;            // lines of the tip that must be in view to look for its end
-constexpr int kEndOutside_px = 20;        // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;      // of the end beside its own variance
-constexpr double kOneInstant_s = 0.002;   // within which exposures of several views are one
-constexpr double kTubeSpeed_mm_s = 20.0;  // how fast an aged image line loses its worth
+constexpr int kMinLines = 10;              // with fewer lines in view an image says nothing
+constexpr double kMinFound = 0.5;          // share of the lines without which a round finds nothing
+constexpr double kEndPiece_mm = 16;        // its last piece, that may be seen or missed
+constexpr int kMinTipLines = 4;            // in view, to say which
+constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
+constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
+constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
+constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
+constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 constexpr double kTwoSides_rad = 10 * M_PI / 180;
 
@@ -154,7 +154,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = outcome.inlier_ratio;
   view.misses_tip = misses_tip_here();
   view.unseen_at_tip = unseen_here();
-  if (view.inlier_ratio < kMinAgreeing) {
+  if (view.inlier_ratio < kMinFound) {
     return;
   }
   view.seen.record({lines_.data(), static_cast<std::size_t>(layout_.count)}, layout_.spacing_mm);
@@ -296,7 +296,7 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
       continue;
     }
     const double pixels_per_mm = view.camera.calibration().fx / 1000.0;
-    const double drift_px = kTubeSpeed_mm_s * age_s * pixels_per_mm;
+    const double drift_px = kLineAgeing_mm_s * age_s * pixels_per_mm;
     for (std::size_t i = 0; i < static_cast<std::size_t>(view.count); ++i) {
       view.aged[i] = view.measured[i];
       view.aged[i].variance_px2 =

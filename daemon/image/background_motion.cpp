@@ -8,10 +8,10 @@ namespace tubed {
 namespace {
 
 constexpr Eigen::Index kPart = 32;  // side, halved px
-constexpr Eigen::Index kStep = 16;
-constexpr Eigen::Index kReach = 24;  // greatest shift that is looked for, halved px
-constexpr float kMinTexture = 0.2F;  // root mean square of a part
-constexpr float kMinScore = 0.45F;   // normalised correlation
+constexpr Eigen::Index kPartStep = 16;
+constexpr Eigen::Index kReach = 24;      // greatest shift that is looked for, halved px
+constexpr float kMinPartTexture = 0.2F;  // root mean square of a part
+constexpr float kMinScore = 0.45F;       // normalised correlation
 constexpr double kTolerance_px = 1;
 constexpr double kMinMatched = 1.0 / 3;  // of the parts, or nothing is said
 constexpr double kMinAgreeing = 0.75;    // below, parts moved differently
@@ -31,7 +31,7 @@ BackgroundMotionFinder::BackgroundMotionFinder(Eigen::Index rows, Eigen::Index c
       now_(before_),
       squares_(Eigen::ArrayXXd::Zero(rows / 2 + 1, columns / 2 + 1)),
       scores_(PixelGrid::Zero(2 * kReach + 1, 2 * kReach + 1)) {
-  matches_.reserve(static_cast<std::size_t>((rows / 2 / kStep + 1) * (columns / 2 / kStep + 1)));
+  matches_.reserve(static_cast<std::size_t>((rows / 2 / kPartStep + 1) * (columns / 2 / kPartStep + 1)));
 }
 
 BackgroundMotion BackgroundMotionFinder::find(const TextureGrid& before, const TextureGrid& now,
@@ -86,10 +86,10 @@ float BackgroundMotionFinder::energy_of_now(Eigen::Index row, Eigen::Index colum
 void BackgroundMotionFinder::match_all() {
   matches_.clear();
   parts_ = 0;
-  for (Eigen::Index row = 0; row + kPart <= before_.rows(); row += kStep) {
-    for (Eigen::Index column = 0; column + kPart <= before_.cols(); column += kStep) {
+  for (Eigen::Index row = 0; row + kPart <= before_.rows(); row += kPartStep) {
+    for (Eigen::Index column = 0; column + kPart <= before_.cols(); column += kPartStep) {
       const float energy = before_.block<kPart, kPart>(row, column).square().sum();
-      if (energy >= kMinTexture * kMinTexture * kPart * kPart) {
+      if (energy >= kMinPartTexture * kMinPartTexture * kPart * kPart) {
         ++parts_;
         match(row, column, energy);
       }

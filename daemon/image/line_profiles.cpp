@@ -10,13 +10,13 @@ namespace tubed {
 
 namespace {
 
-constexpr double kCentre = 0.6;        // of the half width: where the tube is darkest
-constexpr double kBeyondSide_px = 1;   // from the tube's side to the first of two pixels of background
-constexpr float kNearerSide = 0.6F;    // what the side nearer in grey counts of both
-constexpr float kSlope = 6.0F;         // log-odds gained from no contrast to the usual one, without noise
-constexpr float kNoiseShare = 10.0F;   // of (noise / usual contrast)^2 by which that is less
-constexpr int kNeighbours = 4;         // lines to either side that share their noise
-constexpr float kMedianStep = 0.954F;  // median of |a - b| of two pixels with noise of 1
+constexpr double kCentre = 0.6;         // of the half width: where the tube is darkest
+constexpr double kBeyondSide_px = 1;    // from the tube's side to the first of two pixels of background
+constexpr float kNearerSide = 0.6F;     // what the side nearer in grey counts of both
+constexpr float kContrastSlope = 6.0F;  // log-odds gained from no contrast to the usual one, without noise
+constexpr float kNoiseShare = 10.0F;    // of (noise / usual contrast)^2 by which that is less
+constexpr int kNoiseNeighbours = 4;     // lines to either side that share their noise
+constexpr float kMedianStep = 0.954F;   // median of |a - b| of two pixels with noise of 1
 
 /// Just inside the image.
 Eigen::Vector2d held_inside(const ImageMeasurement& image, const Eigen::Vector2d& p_px) {
@@ -92,13 +92,13 @@ void LineProfiles::weigh(std::span<const CorrespondenceLine> lines, float usual)
     if (!is_of_use(lines[line]) || !(usual > 0)) continue;
     float sum = 0;
     int sharing = 0;
-    for (int j = std::max(0, i - kNeighbours); j <= std::min(count - 1, i + kNeighbours); ++j) {
+    for (int j = std::max(0, i - kNoiseNeighbours); j <= std::min(count - 1, i + kNoiseNeighbours); ++j) {
       if (!is_of_use(lines[static_cast<std::size_t>(j)])) continue;
       sum += noise_[static_cast<std::size_t>(j)];
       ++sharing;
     }
     const float noise = sum / static_cast<float>(sharing) / usual;
-    slope_[line] = kSlope / (1 + kNoiseShare * noise * noise);
+    slope_[line] = kContrastSlope / (1 + kNoiseShare * noise * noise);
     for (float& contrast : contrast_[line]) contrast /= usual;
   }
 }

@@ -8,18 +8,19 @@ namespace tubed {
 
 namespace {
 
-constexpr double kMinSide = 0.5;  // what a band is compared with to either side, in lengths of the band
+constexpr double kMinSideLengths =
+    0.5;  // what a band is compared with to either side, in lengths of the band
 constexpr double kMaxSide = 1.5;
-constexpr float kNoResponse = 1.5F;   // standard deviations of the noise that say nothing,
-constexpr float kFullResponse = 4;    // and that count as a mark, whole
-constexpr double kMinScore = 0.6;     // of the marks' number, that the best shift has to explain
-constexpr double kMinLead = 0.6;      // of a mark, by which it has to lead every other
-constexpr double kSigmaShift_mm = 4;  // of where the marks are expected: coils and arc lengths
-constexpr double kSameBand = 1.0;     // band lengths within which two shifts are one
-constexpr double kBeyondLast = 1.5;   // lengths behind the last mark from which on nothing may be,
-constexpr double kBeyondLast_mm = 8;  // so far
-constexpr float kUsualMax = 1;        // noise: the greatest of some is so much greater than one
-constexpr float kMinShare = 0.05F;    // of a mark's response, that the noise is taken for at least
+constexpr float kNoResponse = 1.5F;    // standard deviations of the noise that say nothing,
+constexpr float kFullResponse = 4;     // and that count as a mark, whole
+constexpr double kMinMarkScore = 0.6;  // of the marks' number, that the best shift has to explain
+constexpr double kMinLead = 0.6;       // of a mark, by which it has to lead every other
+constexpr double kSigmaShift_mm = 4;   // of where the marks are expected: coils and arc lengths
+constexpr double kSameBand = 1.0;      // band lengths within which two shifts are one
+constexpr double kBeyondLast = 1.5;    // lengths behind the last mark from which on nothing may be,
+constexpr double kBeyondLast_mm = 8;   // so far
+constexpr float kUsualMax = 1;         // noise: the greatest of some is so much greater than one
+constexpr float kMinShare = 0.05F;     // of a mark's response, that the noise is taken for at least
 constexpr float kMinNoise = 1e-6F;
 constexpr double kMinSigma_mm = 0.15;
 
@@ -42,7 +43,7 @@ MarkSearch::MarkSearch(std::vector<double> marks_mm, double length_mm)
   for (std::size_t i = 1; i < marks_mm_.size(); ++i) {
     gap_mm = std::min(gap_mm, marks_mm_[i] - marks_mm_[i - 1] - length_mm_);
   }
-  side_mm_ = std::max(gap_mm, kMinSide * length_mm_);
+  side_mm_ = std::max(gap_mm, kMinSideLengths * length_mm_);
   const double around_mm = kReach_mm + length_mm_ / 2 + side_mm_ + kStep_mm;
   from_mm_ = marks_mm_.front() - around_mm;
   until_mm_ = marks_mm_.back() + around_mm + kShaft_mm;
@@ -156,7 +157,7 @@ std::optional<MarkShift> MarkSearch::find(std::span<const float> darkness) {
     scores_[static_cast<std::size_t>(shift + reach)] = score_at(shift, sigma) - 0.5 * unlikely * unlikely;
   }
   const double best_score = scores_[static_cast<std::size_t>(best + reach)];
-  if (best == -reach || best == reach || best_score < kMinScore * static_cast<double>(marks_mm_.size())) {
+  if (best == -reach || best == reach || best_score < kMinMarkScore * static_cast<double>(marks_mm_.size())) {
     return std::nullopt;
   }
   const int same = steps_of(kSameBand * length_mm_);

@@ -13,8 +13,8 @@ constexpr double kBeside = 0.75;         // along, of the way from one line to t
 constexpr double kAlongside = 0.94;      // cosine; stretches that cross at more do not share a ridge
 constexpr double kExpectedApart_px = 2;  // across; expected nearer they may well lie on one another
 constexpr double kClearly_px = 1;        // by how much a ridge has to be nearer to one base than to the other
-constexpr double kFlank_px = 1.5;        // of a ridge beyond the tube's side
-constexpr int kNeighbours = 8;           // lines to either side that are asked together
+constexpr double kRidgeFlank_px = 1.5;   // of a ridge beyond the tube's side
+constexpr int kAskedNeighbours = 8;      // lines to either side that are asked together
 
 Eigen::Vector2d found_by(const CorrespondenceLine& line) {
   return line.base_px + line.offset_px * line.normal;
@@ -52,7 +52,7 @@ bool RidgeClaims::find(std::span<const CorrespondenceLine> lines, const PerLine&
     const CorrespondenceLine& line = lines[static_cast<std::size_t>(found.line)];
     const CorrespondenceLine& other = lines[static_cast<std::size_t>(rival)];
     claims_[static_cast<std::size_t>(found.line)] = {
-        rival, line.normal.dot(found_by(other) - line.base_px), other.half_width_px + kFlank_px,
+        rival, line.normal.dot(found_by(other) - line.base_px), other.half_width_px + kRidgeFlank_px,
         expected_apart_px(line, other) > 0 ? -1 : 1, Verdict::kOwn};
     any = true;
   }
@@ -118,7 +118,7 @@ int RidgeClaims::rival_of(std::span<const CorrespondenceLine> lines, const Found
 bool RidgeClaims::mostly(const PerLine& sees_another, int line, int count) const {
   int asked = 0;
   int seeing = 0;
-  for (int i = std::max(0, line - kNeighbours); i <= std::min(count - 1, line + kNeighbours); ++i) {
+  for (int i = std::max(0, line - kAskedNeighbours); i <= std::min(count - 1, line + kAskedNeighbours); ++i) {
     const auto neighbour = static_cast<std::size_t>(i);
     if (claims_[neighbour].rival < 0) continue;
     ++asked;

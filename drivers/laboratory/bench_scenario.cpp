@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "drivers/laboratory/random/counter_random.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int64_t kHaltStream = 7205;
 constexpr std::int64_t kGeneratorStream = 7206;
 

@@ -7,18 +7,17 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/tracker/gaussian.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int64_t kRegistrationStream = 7301;
 constexpr std::int64_t kPoseStream = 7303;
 constexpr double kMaxOffset_mm = 2000;  // as in coil_keys()

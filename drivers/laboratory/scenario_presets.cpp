@@ -12,12 +12,11 @@
 #include "drivers/laboratory/fluoroscope/console.hpp"
 #include "drivers/laboratory/random/counter_random.hpp"
 #include "drivers/laboratory/scenario.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Sec. 3.1: five coils, 10 mm from the tip and 80, 80, 100, 100 mm on.
 InstrumentDescription paper_catheter() {

@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "drivers/laboratory/random/counter_random.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int64_t kNoiseStream = 4100;
 constexpr std::int64_t kPanStream = 4200;
 

@@ -1,7 +1,8 @@
 #include "idl/geometry/c_arm.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
@@ -23,7 +24,6 @@ Eigen::Matrix3d R_camera_c_arm(double primary_rad, double secondary_rad) {
 }  // namespace
 
 RigidTransform pose_of(const CArm& c_arm) {
-  constexpr double kDegree = std::numbers::pi / 180;
   RigidTransform T_camera_c_arm = RigidTransform::Identity();
   T_camera_c_arm.linear() =
       R_camera_c_arm(c_arm.primary_angle_deg * kDegree, c_arm.secondary_angle_deg * kDegree);

@@ -4,18 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
 #include "clients/calibration/dicom/xa_header.hpp"
 #include "daemon/config/load_configuration.hpp"
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSigmaOfWhole_deg = 0.3;  // 1 / sqrt(12)
 constexpr double kSigmaOfTenths_deg = 0.1;
 

@@ -15,7 +15,6 @@ namespace {
 constexpr int kPublishedCoefficients = 48;
 constexpr double kRested_mm =
     0.05;  // root mean square of the knot points' move in a round that ends the rounds
-constexpr double kMinAgreeing = 0.5;
 constexpr double kTrustedAgreeing = 0.8;
 
 /// 3 x 3 blocks of weights(i, j) I: rows of 3 points from 3 x columns of coordinates.
@@ -169,7 +168,7 @@ ImageVerdict PaperEstimator::fuse(const ImageMeasurement& image, std::size_t cam
     estimate.in_view_ratio = static_cast<float>(outcome.in_view_ratio);
     estimate.image_inlier_ratio = static_cast<float>(outcome.agreeing_ratio);
     if (!outcome.looked) return ImageVerdict::kNone;
-    if (outcome.agreeing_ratio < kMinAgreeing) return ImageVerdict::kLost;
+    if (outcome.agreeing_ratio < PaperImageMle::kMinAgreeing) return ImageVerdict::kLost;
     if (!solve_depths(cameras_[camera], coils, em, fused, estimate)) return ImageVerdict::kLost;
     fused.converged = (fused.K - K_before).norm() < kRested_mm * std::sqrt(curve_.count());
   }

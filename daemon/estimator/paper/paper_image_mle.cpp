@@ -17,7 +17,6 @@ constexpr double kBandReach_px = 14.0;       // half width of Omega beyond the t
 constexpr double kShortest_px_per_mm = 0.2;  // a tube that runs toward the source has no side to look to
 constexpr double kViewMargin_px = 3.0;
 constexpr int kFewestVertices = 10;  // in view; with fewer an image says nothing
-constexpr double kMinAgreeing = 0.5;
 constexpr double kTransition_px = 0.7;
 constexpr std::array<int, 2> kStartDivisors = {1, 2};
 constexpr int kJudgingReach_px = 4;

@@ -30,6 +30,9 @@ struct PaperMleOutcome {
 /// One a camera and instrument; remembers how the tube looked. Allocates as it works.
 class PaperImageMle {
  public:
+  /// Share of the tube in the image that has to lie on a ridge for the image to be believed.
+  static constexpr double kMinAgreeing = 0.5;
+
   PaperImageMle(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                 const CameraCalibration& camera, const KnotCurve& curve);
 

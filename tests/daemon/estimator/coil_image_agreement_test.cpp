@@ -11,6 +11,7 @@
 #include <string>
 
 #include "daemon/estimator/agreement_words.hpp"
+#include "idl/geometry/degree.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {
@@ -18,7 +19,6 @@ namespace {
 
 constexpr double kNoise_mm = 0.5;
 constexpr std::chrono::milliseconds kPeriod{100};
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// From behind the second view of the tests of two.
 RoomDescription two_views() {

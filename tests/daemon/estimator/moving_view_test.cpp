@@ -6,12 +6,12 @@
 #include <random>
 
 #include "daemon/estimator/area_prediction.hpp"
+#include "idl/geometry/degree.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {
 namespace {
 
-constexpr double kDegree = 3.14159265358979 / 180;
 constexpr double kIsocentre_mm = 1200;
 
 /// The camera at rest, turned about the vertical axis through the world's origin.

@@ -6,12 +6,11 @@
 
 #include "drivers/laboratory/fluoroscope_renderer.hpp"
 #include "drivers/laboratory/simulated_view.hpp"
+#include "idl/geometry/degree.hpp"
 #include "tests/drivers/laboratory/simulated_room.hpp"
 
 namespace tubed {
 namespace {
-
-constexpr double kDegree = 3.14159265358979 / 180;
 
 ViewMotion swinging() {
   ViewMotion motion;

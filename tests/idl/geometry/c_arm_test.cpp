@@ -1,14 +1,12 @@
 #include "idl/geometry/c_arm.hpp"
+#include "idl/geometry/degree.hpp"
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <random>
 
 namespace tubed {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 CArm c_arm_at(double primary_deg, double secondary_deg) {
   CArm c_arm;

@@ -1,15 +1,14 @@
 #include "idl/geometry/sensor_pose.hpp"
+#include "idl/geometry/degree.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 namespace tubed {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr SensorSigma kSigma{0.4, 0.5 * kDegree};
 
 RigidTransform some_pose() {

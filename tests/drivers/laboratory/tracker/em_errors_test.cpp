@@ -1,4 +1,5 @@
 #include "drivers/laboratory/tracker/em_errors.hpp"
+#include "idl/geometry/degree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +11,6 @@
 namespace tubed {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Eigen::AlignedBox3d kVolume(Eigen::Vector3d::Constant(-150), Eigen::Vector3d::Constant(150));
 const Eigen::Vector3d kPlace_mm(20, -30, 90);
 const Eigen::Vector3d kTangent(0.6, 0, 0.8);
