@@ -4,6 +4,9 @@
 #   driver_test_libraries  what tests/drivers/NAME needs beside the driver
 #   driver_place           its place in messages and in the sample configuration; those without one come last, by name
 file(GLOB driver_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/drivers/*/*_driver.hpp)
+if(TUBED_DEMO_ONLY)
+  list(FILTER driver_headers INCLUDE REGEX "/simulation_driver\\.hpp$")
+endif()
 set(placed_drivers)
 foreach(header ${driver_headers})
   get_filename_component(folder ${header} DIRECTORY)

@@ -19,6 +19,7 @@ struct Verb {
 
 const std::vector<Verb> kVerbs{
     {tubed::add_demo, "See it work", "tubectl demo"},
+#ifndef TUBED_DEMO_ONLY
 #ifdef TUBED_SHOWS_RECORDINGS
     {tubed::add_view, "See it work", "tubectl view field7"},
 #endif
@@ -53,7 +54,17 @@ const std::vector<Verb> kVerbs{
      "tubectl aurora-record --serial /dev/tubed/aurora --interactive"},
     {tubed::add_configure, "Run the daemon", "tubectl configure dev1_paper --loop > tubed.toml"},
     {tubed::add_keys, "Run the daemon", "tubectl keys make-room keys --room OR-3"},
+#endif
 };
+
+#ifdef TUBED_DEMO_ONLY
+constexpr auto kDescription =
+    "Shows a catheter being tracked. This program was built for the demonstration alone; `./run build` makes "
+    "all of its verbs, as build/release/bin/tubectl.";
+#else
+constexpr auto kDescription =
+    "Tracks, judges and configures from the command line what tubed sees of a catheter.";
+#endif
 
 std::string examples() {
   std::string text = "Examples:\n";
@@ -66,8 +77,7 @@ std::string examples() {
 
 int run(int argc, char** argv) {
   int exit_code = tubed::kExitOk;
-  tubed::Program program("Tracks, judges and configures from the command line what tubed sees of a catheter.",
-                         "tubectl");
+  tubed::Program program(kDescription, "tubectl");
   program.set_version("tubectl " TUBED_VERSION);
   tubed::CommandLine app = program.command_line();
   app.help_column(28).require_subcommand();

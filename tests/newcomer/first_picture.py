@@ -24,7 +24,7 @@ WEB = "./run demo --web"
 PAGE = ("127.0.0.1", 8080)
 # Of processor for configuring and compiling, where a run of today takes a third less (README.md): this is how a demonstration that
 # compiles what it does not need is noticed on a machine that others use as well.
-MOST_PROCESSOR_S = 600
+MOST_PROCESSOR_S = 400
 WEB_TIMEOUT_S = 1800
 
 

@@ -13,6 +13,9 @@
 #include <optional>
 
 #include "clients/cpp/topic_reader.hpp"
+#ifndef TUBED_DEMO_ONLY  // the simulated tracker alone, without the drivers of others
+#include "clients/tubectl/see/can_layout.hpp"
+#endif
 #include "clients/tubectl/see/demo_daemon.hpp"
 #include "clients/tubectl/see/demo_figures.hpp"
 #include "clients/tubectl/see/demo_image.hpp"
@@ -60,6 +63,30 @@ DemoTracker tracker_named(const std::string& name) {
                                  : DemoTracker::kSimulation;
 }
 
+#ifdef TUBED_DEMO_ONLY
+const std::vector<std::string> kTrackers{"simulation"};
+std::string layout_for(const DemoOptions&) { return ""; }
+#else
+const std::vector<std::string> kTrackers{"simulation", "aurora-serial", "aurora-can"};
+std::string layout_for(const DemoOptions& options) {
+  return options.tracker == "aurora-can" ? can_layout(options.can_interface) : "";
+}
+#endif
+
+DemoScene scene_of(const DemoOptions& options) {
+  return {.domain = options.domain,
+          .epoch_ns = to_ns(steady_clock::now()),
+          .seed = options.seed,
+          .preset = options.preset,
+          .tracker = tracker_named(options.tracker),
+          .can_interface = options.can_interface,
+          .can_layout = layout_for(options),
+          .mistakes = options.mistakes,
+          .web = options.web ? options.listen : "",
+          .shows_images = options.web || options.headless_s == 0,
+          .web_options = web_options(options)};
+}
+
 constexpr std::size_t kLastWords = 20;
 
 volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler may touch
@@ -68,10 +95,7 @@ volatile std::sig_atomic_t interrupted = 0;  // NOLINT: what a signal handler ma
 class Demo {
  public:
   explicit Demo(const DemoOptions& options)
-      : scene_{options.domain,      to_ns(steady_clock::now()),        options.seed,
-               options.preset,      tracker_named(options.tracker),    options.can_interface,
-               options.mistakes,    options.web ? options.listen : "", options.web || options.headless_s == 0,
-               web_options(options)},
+      : scene_(scene_of(options)),
         daemon_(scene_),
         figures_(parse_configuration(daemon_.configuration(), daemon_.folder() / "tubed.toml")),
         subscriber_(Subscription{.domain = scene_.domain}, Delivery::kEvery),
@@ -366,7 +390,7 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
       verb.add_option("--tracker", options->tracker,
                       "aurora-serial: an emulated NDI Aurora at a pseudo-terminal, read by the real driver; "
                       "aurora-can: the same behind tubectl can-gateway")
-          .is_member({"simulation", "aurora-serial", "aurora-can"})
+          .is_member(kTrackers)
           .capture_default_str();
   verb.add_option("--can", options->can_interface,
                   "with --tracker aurora-can: a CAN interface, as vcan0; default: a socket instead of a bus")

@@ -11,7 +11,6 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "drivers/aurora_can/can_port.hpp"
 #include "drivers/laboratory/room_mistakes.hpp"
 #include "drivers/laboratory/scenario.hpp"
 #include "drivers/laboratory/simulated_world.hpp"
@@ -54,25 +53,6 @@ fs::path port_in(const fs::path& folder) { return folder / "aurora"; }
 
 std::string bus_of(const DemoScene& scene, const fs::path& folder) {
   return scene.can_interface.empty() ? (folder / "can.sock").string() : scene.can_interface;
-}
-
-/// "fd" if the interface carries that. Throws std::runtime_error when it cannot be used.
-std::string layout_for(const DemoScene& scene) {
-  if (scene.can_interface.empty()) {
-    return "fd";
-  }
-  const auto error_of = [&scene](CanUse use) { return CanInterface(scene.can_interface, use).open(); };
-  if (error_of(CanUse::kSendFd) == 0) {
-    return "fd";
-  }
-  const int error = error_of(CanUse::kSendClassic);
-  if (error != 0) {
-    throw std::runtime_error(
-        scene.can_interface + " " + std::string(describe_can_error(error)) +
-        "\na virtual one, as root: modprobe vcan; ip link add vcan0 type vcan; ip link set vcan0 mtu 72 up"
-        "\nwithout --can the frames go through a socket, which needs neither");
-  }
-  return "classic";
 }
 
 /// Where a simulated source, or the emulated tracker, takes commands.
@@ -182,7 +162,6 @@ DemoDaemon::DemoDaemon(const DemoScene& scene)
   const std::string tubectl = fs::read_symlink("/proc/self/exe").string();
   const bool can = scene.tracker == DemoTracker::kAuroraCan;
   if (can || scene.tracker == DemoTracker::kAuroraSerial) {
-    const std::string layout = can ? layout_for(scene) : "";
     tracker_.emplace(
         std::vector<std::string>{tubectl, "aurora-emulator", "--config", file.string(), "--link",
                                  port_in(folder()).string(), "--control", socket_in(folder(), "em").string()},
@@ -190,7 +169,7 @@ DemoDaemon::DemoDaemon(const DemoScene& scene)
     if (can) {
       gateway_.emplace(
           std::vector<std::string>{tubectl, "can-gateway", "--serial", port_in(folder()).string(), "--can",
-                                   bus_of(scene, folder()), "--layout", layout},
+                                   bus_of(scene, folder()), "--layout", scene.can_layout},
           folder() / "gateway.log");
     }
   }

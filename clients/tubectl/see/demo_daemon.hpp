@@ -25,6 +25,7 @@ struct DemoScene {
   std::string preset = "arch";  ///< of the simulation
   DemoTracker tracker = DemoTracker::kSimulation;
   std::string can_interface;  ///< of kAuroraCan; empty: a socket of the demonstration carries the frames
+  std::string can_layout;     ///< of kAuroraCan: can_layout() of this interface
   std::vector<std::string> mistakes;     ///< of the room or its description, as of room_mistakes.hpp
   std::string web;                       ///< ADDRESS:PORT of the page that shows the room; empty: none
   bool shows_images = false;             ///< somebody looks at them
