@@ -6,11 +6,17 @@
 # the kernel's headers of the same names as the C library's (<asm/...>), is compiled alone.
 set(TUBED_FILES_TOGETHER 32)
 
-# The names that a file defines outside of functions and classes.
-function(tubed_names_in file result)
+# The names that a file defines outside of functions and classes, in `result`, and those that it takes over from another namespace
+# with "using std::chrono::seconds;", which several files may do, in `result_used`.
+function(tubed_names_in file result result_used)
   file(STRINGS ${file} lines REGEX "^[[A-Za-z]")
   set(names)
+  set(used)
   foreach(line ${lines})
+    if(line MATCHES "^using [A-Za-z0-9_:]*::([A-Za-z0-9_]+)")
+      list(APPEND used ${CMAKE_MATCH_1})
+      continue()
+    endif()
     if(line MATCHES "^enum [^{]*{(.*)}")  # of one line
       string(REGEX MATCHALL "k[A-Z][A-Za-z0-9_]*" enumerators "${CMAKE_MATCH_1}")
       list(APPEND names ${enumerators})
@@ -25,8 +31,9 @@ function(tubed_names_in file result)
       list(APPEND names ${CMAKE_MATCH_1})
     endif()
   endforeach()
-  list(REMOVE_ITEM names namespace tubed Eigen)  # "using Eigen::Vector3d;" defines nothing that another file may not define, too
+  list(REMOVE_ITEM names namespace tubed)
   set(${result} ${names} PARENT_SCOPE)
+  set(${result_used} ${used} PARENT_SCOPE)
 endfunction()
 
 # Each file goes to the first group that has room and none of its names.
@@ -43,7 +50,7 @@ function(tubed_compile_together target)
     if(macros)
       continue()
     endif()
-    tubed_names_in(${source} names)
+    tubed_names_in(${source} names used)
     foreach(group RANGE ${groups})  # the last one is empty
       set(mine ${group})
       list(LENGTH files_${group} count)
@@ -51,8 +58,8 @@ function(tubed_compile_together target)
         continue()
       endif()
       set(is_taken FALSE)
-      foreach(name IN LISTS names)
-        if(name IN_LIST names_${group})
+      foreach(name IN LISTS names used)
+        if(name IN_LIST names_${group} OR (name IN_LIST names AND name IN_LIST used_${group}))
           set(is_taken TRUE)
           break()
         endif()
@@ -62,6 +69,7 @@ function(tubed_compile_together target)
       endif()
     endforeach()
     list(APPEND names_${mine} ${names})
+    list(APPEND used_${mine} ${used})
     list(APPEND files_${mine} ${source})
     if(mine EQUAL groups)
       math(EXPR groups "${groups} + 1")

@@ -7,7 +7,7 @@ namespace tubed {
 
 namespace {
 
-std::vector<double> list_of(const std::array<double, 3>& values, double scale) {
+std::vector<double> rounded(const std::array<double, 3>& values, double scale) {
   std::vector<double> list;
   for (const double value : values) list.push_back(std::round(value * scale) / scale);
   return list;
@@ -51,8 +51,8 @@ ConfigurationFragment fragment_of(const CameraFindings& findings) {
   }
   fragment.values.push_back(
       {table + ".calibration_residual_px", rounded(*camera.calibration_residual_px, 1e3)});
-  fragment.values.push_back({table + ".pose_sigma_mm", list_of(*camera.pose_sigma_mm, 1e4)});
-  fragment.values.push_back({table + ".pose_sigma_deg", list_of(*camera.pose_sigma_deg, 1e5)});
+  fragment.values.push_back({table + ".pose_sigma_mm", rounded(*camera.pose_sigma_mm, 1e4)});
+  fragment.values.push_back({table + ".pose_sigma_deg", rounded(*camera.pose_sigma_deg, 1e5)});
   fragment.values.push_back({table + ".focal_sigma", rounded(*camera.focal_sigma, 1e7)});
   return fragment;
 }

@@ -22,7 +22,7 @@ std::vector<PlotSeries> residual_series(const PivotCalibration& pivot) {
   return series;
 }
 
-std::vector<double> list_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+std::vector<double> numbers_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -61,11 +61,11 @@ json to_json(const JudgedPivot& judged) {
   json report{{"findings", to_json(judged.findings)}};
   if (worst(judged.findings) == ReportVerdict::kBad) return report;
   report["degrees_of_freedom"] = static_cast<int>(pivot.freedom);
-  report["tip_offset_mm"] = list_of(pivot.tip_offset_mm);
+  report["tip_offset_mm"] = numbers_of(pivot.tip_offset_mm);
   for (Eigen::Index row = 0; row < 3; ++row) {
-    report["covariance_mm2"].push_back(list_of(pivot.covariance_mm2.row(row).transpose()));
+    report["covariance_mm2"].push_back(numbers_of(pivot.covariance_mm2.row(row).transpose()));
   }
-  report["pivot_em_mm"] = list_of(pivot.pivot_em_mm);
+  report["pivot_em_mm"] = numbers_of(pivot.pivot_em_mm);
   report["residual_mm"] = pivot.residual_mm;
   report["across_mm"] = pivot.across_mm;
   report["outliers"] = pivot.outliers.size();

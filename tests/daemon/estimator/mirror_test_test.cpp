@@ -24,9 +24,9 @@ constexpr int kCoefficients = 26;
 
 /// The arc laid flat, whose tip leaves its plane at the second coil: to the side of the camera (-1) or away
 /// from it (1), ever steeper. Arc length from the tip, unit speed; its image does not depend on the side.
-class HookedTube {
+class TiltedTip {
  public:
-  explicit HookedTube(double side) {
+  explicit TiltedTip(double side) {
     constexpr double kSteepest = 0.7;  // sine
     Eigen::Vector3d p_world_mm(-60, -60, 0);
     double heading = 0;
@@ -103,7 +103,7 @@ struct LooseTip {
   [[nodiscard]] double depth_sigma_mm() const {
     return std::sqrt(static_cast<double>(estimate->points[0].covariance_mm2[5]));
   }
-  HookedTube tube;
+  TiltedTip tube;
   RoomDescription room;
   EstimatorSettings settings;
   std::unique_ptr<Estimator> estimator;
@@ -130,7 +130,7 @@ RoomDescription two_view_room() {
 /// Coefficients of the tube hooked to that side, and what asks about them.
 struct Coefficients {
   explicit Coefficients(double side) {
-    const HookedTube tube(side);
+    const TiltedTip tube(side);
     for (int k = 0; k < kCoefficients; ++k) {
       C.col(k) = tube.point((k - 1) * spline.spacing_mm());
     }
