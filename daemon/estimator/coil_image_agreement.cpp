@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/estimator/coil_error_scale.hpp"
 #include "idl/geometry/image_mask.hpp"
 
 namespace tubed {
