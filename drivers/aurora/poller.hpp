@@ -91,6 +91,9 @@ class Poller {
   [[nodiscard]] std::uint32_t newest_number() const noexcept { return newest_number_; }
 
  private:
+  /// After a reply that was lost or late another may be on its way: the line has to be quiet for so long.
+  static constexpr std::chrono::milliseconds kQuietAfterTrouble{5};
+
   [[nodiscard]] MonotonicTime next_poll(const Exchange& exchange) const noexcept;
   void poll(Exchange& exchange) noexcept;
   Event unanswered(MonotonicTime now) noexcept;

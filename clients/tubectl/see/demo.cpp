@@ -13,12 +13,10 @@
 #include <optional>
 
 #include "clients/cpp/topic_reader.hpp"
-#ifndef TUBED_DEMO_ONLY  // the simulated tracker alone, without the drivers of others
-#include "clients/tubectl/see/can_layout.hpp"
-#endif
 #include "clients/tubectl/see/demo_daemon.hpp"
 #include "clients/tubectl/see/demo_figures.hpp"
 #include "clients/tubectl/see/demo_image.hpp"
+#include "clients/tubectl/see/demo_options.hpp"
 #include "clients/tubectl/see/demo_picture.hpp"
 #include "clients/tubectl/see/demo_view.hpp"
 #include "clients/tubectl/see/progress_line.hpp"
@@ -32,60 +30,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-
-struct DemoOptions {
-  double headless_s = 0;
-  std::string json;
-  std::string picture;
-  int domain = -1;
-  std::int64_t seed = 1;
-  std::string preset = "field";
-  std::string tracker = "simulation";
-  std::string can_interface;
-  std::vector<std::string> mistakes;
-  bool web = false;
-  std::string listen = "127.0.0.1:8080";
-  std::string vessel;
-  std::string points;
-};
-
-/// What tubed-view is told of files.
-std::vector<std::string> web_options(const DemoOptions& options) {
-  std::vector<std::string> words;
-  if (!options.vessel.empty()) words.insert(words.end(), {"--vessel", options.vessel});
-  if (!options.points.empty()) words.insert(words.end(), {"--points", options.points});
-  return words;
-}
-
-DemoTracker tracker_named(const std::string& name) {
-  return name == "aurora-serial" ? DemoTracker::kAuroraSerial
-         : name == "aurora-can"  ? DemoTracker::kAuroraCan
-                                 : DemoTracker::kSimulation;
-}
-
-#ifdef TUBED_DEMO_ONLY
-const std::vector<std::string> kTrackers{"simulation"};
-std::string layout_for(const DemoOptions&) { return ""; }
-#else
-const std::vector<std::string> kTrackers{"simulation", "aurora-serial", "aurora-can"};
-std::string layout_for(const DemoOptions& options) {
-  return options.tracker == "aurora-can" ? can_layout(options.can_interface) : "";
-}
-#endif
-
-DemoScene scene_of(const DemoOptions& options) {
-  return {.domain = options.domain,
-          .epoch_ns = to_ns(steady_clock::now()),
-          .seed = options.seed,
-          .preset = options.preset,
-          .tracker = tracker_named(options.tracker),
-          .can_interface = options.can_interface,
-          .can_layout = layout_for(options),
-          .mistakes = options.mistakes,
-          .web = options.web ? options.listen : "",
-          .shows_images = options.web || options.headless_s == 0,
-          .web_options = web_options(options)};
-}
 
 constexpr std::size_t kLastWords = 20;
 
@@ -390,7 +334,7 @@ CommandLine add_demo(CommandLine app, int& exit_code) {
       verb.add_option("--tracker", options->tracker,
                       "aurora-serial: an emulated NDI Aurora at a pseudo-terminal, read by the real driver; "
                       "aurora-can: the same behind tubectl can-gateway")
-          .is_member(kTrackers)
+          .is_member(demo_trackers())
           .capture_default_str();
   verb.add_option("--can", options->can_interface,
                   "with --tracker aurora-can: a CAN interface, as vcan0; default: a socket instead of a bus")

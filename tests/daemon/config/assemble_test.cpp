@@ -390,14 +390,8 @@ TEST(Assemble, AFifthCameraIsOneTooMany) {
   EXPECT_NE(complaint(text).find("camera[4]: expected at most 4"), std::string::npos) << complaint(text);
 }
 
-TEST(Assemble, AFolderOrAFileWithoutEndIsNoConfiguration) {
-  EXPECT_THROW(load_configuration("/"), ConfigurationError);
-  EXPECT_THROW(load_configuration("/dev/zero"), ConfigurationError);
-}
-
 TEST(Assemble, WhatAFileSaysCannotReachTheTerminalAsACommand) {
   const std::string said = complaint(base() + "\"\\u001b[2J\" = 1\n");
-
   EXPECT_NE(said.find("unknown key"), std::string::npos) << said;
   EXPECT_EQ(said.find('\x1b'), std::string::npos);
 }

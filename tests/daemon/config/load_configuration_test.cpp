@@ -330,5 +330,10 @@ TEST_P(BadConfiguration, IsRefusedWithItsPlaceItsKeyAndWhatWasExpected) {
 INSTANTIATE_TEST_SUITE_P(All, BadConfiguration, testing::ValuesIn(bad_cases()),
                          [](const auto& which) { return "Number" + std::to_string(which.index + 1); });
 
+TEST(LoadConfiguration, AFolderOrAFileWithoutEndIsNoConfiguration) {
+  EXPECT_THROW(load_configuration("/"), ConfigurationError);
+  EXPECT_THROW(load_configuration("/dev/zero"), ConfigurationError);
+}
+
 }  // namespace
 }  // namespace tubed
