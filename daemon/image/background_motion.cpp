@@ -7,8 +7,8 @@ namespace tubed {
 
 namespace {
 
-constexpr Eigen::Index kPart = 32;  // side, halved px
-constexpr Eigen::Index kPartStep = 16;
+constexpr Eigen::Index kPart = 32;       // side, halved px
+constexpr Eigen::Index kPartStep = 16;   // from one part to the next, halved px
 constexpr Eigen::Index kReach = 24;      // greatest shift that is looked for, halved px
 constexpr float kMinPartTexture = 0.2F;  // root mean square of a part
 constexpr float kMinScore = 0.45F;       // normalised correlation

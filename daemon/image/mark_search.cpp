@@ -8,8 +8,7 @@ namespace tubed {
 
 namespace {
 
-constexpr double kMinSideLengths =
-    0.5;  // what a band is compared with to either side, in lengths of the band
+constexpr double kMinSideLengths = 0.5;  // of a band, that it is compared with to either side
 constexpr double kMaxSide = 1.5;
 constexpr float kNoResponse = 1.5F;    // standard deviations of the noise that say nothing,
 constexpr float kFullResponse = 4;     // and that count as a mark, whole
