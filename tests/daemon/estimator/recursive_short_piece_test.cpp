@@ -1,6 +1,8 @@
 // A short piece of tube in view, with which an image of something else agrees now and then.
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "tests/daemon/estimator/filter_bench.hpp"
 
 namespace tubed {
@@ -21,7 +23,7 @@ bool is_lost_at(FilterBench& bench, bool is_shown) {
   bench.with_images = false;
   bench.measure();
   bench.hidden = is_shown ? Stretch{} : Stretch{-1, 400};
-  bench.show_image(milliseconds(5));
+  bench.show_image(std::chrono::milliseconds(5));
   return is_lost(bench);
 }
 
