@@ -23,9 +23,9 @@ import time
 import traceback
 
 import calm
+import own_namespace
 
 SKIP = 77  # SKIP_RETURN_CODE of these tests
-IN_NAMESPACE = "TUBED_TEST_IN_NAMESPACE"
 
 # How much slower than a release build the programs are: sanitizers.
 TIME_FACTOR = float(os.environ.get("TUBED_TIME_FACTOR", "1"))
@@ -338,24 +338,6 @@ class Bed:
         return text
 
 
-def _enter_own_namespace(hidden):
-    """Executes this script again where nobody else is; comes back there. `hidden`: paths that must stay visible."""
-    if os.environ.get(IN_NAMESPACE) != "1":
-        for tool, package in (("unshare", "util-linux"), ("ip", "iproute2")):
-            if shutil.which(tool, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin") is None:
-                raise Skip(f"no {tool}: apt-get install {package}")
-        if subprocess.run(["unshare", "-n", "-m", "-i", "true"], stderr=subprocess.DEVNULL, check=False).returncode != 0:
-            raise Skip("no namespaces of its own (unshare -n -m -i is refused): run as root")
-        os.environ[IN_NAMESPACE] = "1"
-        os.environ["PATH"] = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
-        os.execvp("unshare", ["unshare", "-n", "-m", "-i", sys.executable, *sys.argv])
-    del os.environ[IN_NAMESPACE]
-    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    for place in ("/dev/shm", "/tmp", "/run"):
-        if not any(pathlib.Path(path).resolve().is_relative_to(place) for path in hidden):
-            subprocess.run(["mount", "-t", "tmpfs", "tmpfs", place], check=True)
-
-
 def _attempt(scenario, programs):
     """Once, in a bed of its own; the exit code of the test."""
     bed = Bed(programs)
@@ -383,9 +365,8 @@ def run_scenario(scenarios, programs, name, visible=()):
     if name not in by_name:
         say(f"no scenario {name}; there are: {' '.join(by_name)}")
         return 2
-    try:
-        _enter_own_namespace([programs, __file__, *visible])
-    except Skip as missing:
+    missing = own_namespace.enter([programs, __file__, *visible])
+    if missing:
         say(f"SKIPPED: {missing}")
         return SKIP
     attempt = functools.partial(_attempt, by_name[name], programs)

@@ -69,9 +69,13 @@ class Container:
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source, target)
 
-    def boot(self, script, timeout_s):
-        """Boots, runs the Python script inside as root until it ends; lines it wrote to results, and what else was said."""
-        self.copy_in(script, f"/checks/{pathlib.Path(script).name}")
+    def boot(self, script, timeout_s, modules=()):
+        """Boots, runs the Python script inside as root until it ends; lines it wrote to results, and what else was said.
+
+        `modules`: files that the script imports.
+        """
+        for file in (script, *modules):
+            self.copy_in(file, f"/checks/{pathlib.Path(file).name}")
         units = self.root / "etc/systemd/system"
         for unit in MASKED:
             (units / unit).unlink(missing_ok=True)

@@ -87,7 +87,8 @@ def service(packages):
     """Everything that service_inside.py says."""
     with nspawn.Container() as container:
         installed(container, packages["tubed"])
-        results, words = container.boot(HERE / "service_inside.py", 150)
+        results, words = container.boot(HERE / "service_inside.py", 150,
+                                        [HERE / "service_commands.py", HERE / "service_trackers_inside.py"])
         for line in results:
             say(line)
         failed = [line for line in results if line.startswith("FAILED: ")]

@@ -15,57 +15,10 @@ import time
 import traceback
 import urllib.request
 
-WATCHDOG_S = 2
-CONFIGURATION = pathlib.Path("/etc/tubed/tubed.toml")
-UNIT = "tubed.service"
-# Where a service manager may not raise limits, these stand in for LimitRTPRIO= and LimitMEMLOCK=.
-STAND_INS = "CAP_IPC_LOCK CAP_SYS_NICE"
-STAND_INS_MASK = f"{1 << 14 | 1 << 23:016x}"
-
-
-def command(*words, timeout_s=40):
-    return subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout_s)
-
-
-def shown(name, unit=UNIT):
-    return command("systemctl", "show", "--value", "-p", name, unit).stdout.strip()
-
-
-def main_pid(unit=UNIT):
-    return int(shown("MainPID", unit))
-
-
-def journal(since, unit=UNIT):
-    command("journalctl", "--sync")
-    return command("journalctl", "-u", unit, "-o", "cat", "--since", f"@{since:.3f}").stdout
-
-
-def expect(condition, message):
-    if not condition:
-        raise AssertionError(message)
-
-
-def wait_until(condition, what, timeout_s):
-    """Seconds it took."""
-    begun = time.monotonic()
-    while time.monotonic() - begun < timeout_s:
-        if condition():
-            return time.monotonic() - begun
-        time.sleep(0.02)
-    raise AssertionError(f"not {what} within {timeout_s} s; status: {shown('StatusText')}, {shown('ActiveState')}")
-
-
-def says_valid():
-    """Of the newest second: an estimate that a subscriber inside gets is VALID."""
-    answer = command("tubectl", "echo", "--json", "--count", "1", "--seconds", "1").stdout
-    return bool(answer) and json.loads(answer.splitlines()[0]).get("validity_name") == "VALID"
-
-
-def change(key, value):
-    text = CONFIGURATION.read_text()
-    changed, found = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", text, count=1)
-    expect(found == 1, f"no {key} in {CONFIGURATION}")
-    CONFIGURATION.write_text(changed)
+from service_commands import (CONFIGURATION, STAND_INS, STAND_INS_MASK, UNIT, WATCHDOG_S, change, command, expect, journal, main_pid,
+                              may_raise_limits, says_valid, shown, wait_until)
+from service_trackers_inside import (a_tracker_behind_can_is_told_which_drop_in_lets_it_in, a_wrong_command_line_of_the_gateway_is_not_tried_again,
+                                     an_aurora_unplugged_and_back_needs_no_restart, one_gateway_at_a_time_has_the_serial_port)
 
 
 def the_package_starts_nothing_by_itself():
@@ -136,7 +89,8 @@ def it_has_no_rights_it_does_not_need():
     status = pathlib.Path(f"/proc/{main_pid()}/status").read_text()
     uid = int(re.search(r"Uid:\s+(\d+)", status)[1])
     expect(uid == int(command("id", "-u", "tubed").stdout), f"runs as user {uid}")
-    for name, value in (("CapEff", CAPABILITIES), ("CapBnd", CAPABILITIES), ("NoNewPrivs", "1"), ("Seccomp", "2")):
+    capabilities = "0" * 16 if may_raise_limits() else STAND_INS_MASK
+    for name, value in (("CapEff", capabilities), ("CapBnd", capabilities), ("NoNewPrivs", "1"), ("Seccomp", "2")):
         found = re.search(rf"{name}:\s+(\S+)", status)[1]
         expect(found == value, f"{name} is {found}, expected {value}")
 
@@ -186,12 +140,6 @@ def a_bad_reload_keeps_what_runs_and_says_so():
     expect(refused.returncode != 0, "systemctl reload of a wrong file succeeds")
     expect(re.search(r"tubed\.toml:\d+:\d+:.*log_level", journal(since)), f"no place in: {journal(since)}")
     expect(main_pid() == pid and shown("ActiveState") == "active" and says_valid(), "it does not go on")
-
-
-def may_raise_limits():
-    """Whether this machine's service manager may grant the unit's limits: not without CAP_SYS_RESOURCE."""
-    hard = command("systemd-run", "--wait", "--pipe", "-q", "-p", "LimitRTPRIO=90", "sh", "-c", "ulimit -Hr").stdout.strip()
-    return hard == "90"
 
 
 def grant_capabilities_instead():
@@ -248,119 +196,6 @@ def the_journal_has_fields_beside_the_words():
     valid = command("journalctl", "-u", UNIT, "-o", "cat", "TUBED_INSTRUMENT=cath-1", "TUBED_VALIDITY=VALID").stdout.splitlines()
     expect(valid and all(line.startswith("cath-1 is VALID") for line in valid), f"asked for VALID: {valid[:3]}")
     return f"{len(valid)} entries of cath-1 becoming VALID found by field"
-
-
-def tracker_at_a_serial_port(emulator):
-    """Another room, whose tracker is an emulated Aurora at a serial port; the unit's name."""
-    pathlib.Path("/etc/tubed/right.toml").write_text(
-        '[dds]\nnetwork_interface = "lo"\npartition = "right"\n'
-        '[em]\ndriver = "aurora-serial"\ndevice = "/run/tubed/aurora"\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n'
-        '[[instrument]]\nid = "cath-9"\nmode = "em"\nlength_mm = 380.0\n' + "".join(
-            f"[[instrument.coil]]\nsensor = {sensor}\noffset_from_tip_mm = {offset_mm}\nport = {(sensor + 1) // 2}\n"
-            f"channel = {(sensor + 1) % 2}\n" for sensor, offset_mm in enumerate((10.0, 90.0, 170.0, 270.0, 370.0), 1)))
-    drop_in = pathlib.Path("/etc/systemd/system/tubed@right.service.d/pty.conf")
-    drop_in.parent.mkdir()
-    # An emulated port is a pseudo-terminal, which no unit for real trackers has to be let at.
-    drop_in.write_text("[Service]\nDeviceAllow=char-pts rw\n" + (
-        f"CapabilityBoundingSet={STAND_INS}\nAmbientCapabilities={STAND_INS}\n" if CAPABILITIES.strip("0") else ""))
-    command("systemctl", "daemon-reload")
-    started = command("systemctl", "start", "tubed@right.service")
-    expect(started.returncode == 0, f"start: {started.stderr} {journal(time.time() - 30, 'tubed@right.service')}")
-    expect(emulator.poll() is None, "the emulated tracker ended")
-    return "tubed@right.service"
-
-
-def an_aurora_unplugged_and_back_needs_no_restart():
-    def valid():
-        answer = command("tubectl", "echo", "--partition", "right", "--json", "--count", "1", "--seconds", "1").stdout
-        return bool(answer) and json.loads(answer.splitlines()[0]).get("validity_name") == "VALID"
-
-    def tell(words):
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
-            sender.sendto(words.encode(), "/run/tubed/tracker.sock")
-
-    emulator = subprocess.Popen(["tubectl", "aurora-emulator", "--link", "/run/tubed/aurora", "--control", "/run/tubed/tracker.sock"],
-                                user="tubed", group="tubed", start_new_session=True)
-    try:
-        wait_until(lambda: os.path.exists("/run/tubed/aurora"), "there, the emulated port", 5)
-        unit = tracker_at_a_serial_port(emulator)
-        wait_until(valid, "valid with an Aurora", 15)
-        pid = main_pid(unit)
-        tell("disconnect")
-        wait_until(lambda: not valid() and "EM_STALE" in shown("StatusText", unit), "said to be stale", 5)
-        time.sleep(1)
-        tell("connect")
-        valid_s = wait_until(valid, "valid again", 15)
-        expect(main_pid(unit) == pid, "it was restarted")
-        command("systemctl", "stop", unit)
-        return f"cable out and in: valid {valid_s:.2f} s after"
-    finally:
-        emulator.kill()
-        emulator.wait()
-
-
-def one_gateway_at_a_time_has_the_serial_port():
-    left, right = "tubed-can-gateway@can0.service", "tubed-can-gateway@can1.service"
-    expect(command("systemctl", "is-enabled", left).stdout.strip() == "disabled", "the gateway is enabled after installation")
-    for name in ("can0", "can1"):
-        pathlib.Path(f"/etc/tubed/can-gateway-{name}.env").write_text("SERIAL=/run/tubed/bridged\nOPTIONS=--layout classic\n")
-    drop_in = pathlib.Path("/etc/systemd/system/tubed-can-gateway@.service.d")
-    drop_in.mkdir()
-    (drop_in / "pty.conf").write_text("[Service]\nDeviceAllow=char-pts rw\n")  # as for tubed@right.service
-    command("systemctl", "daemon-reload")
-    emulator = subprocess.Popen(["tubectl", "aurora-emulator", "--link", "/run/tubed/bridged"], user="tubed", group="tubed",
-                                start_new_session=True)
-    try:
-        wait_until(lambda: os.path.exists("/run/tubed/bridged"), "there, the emulated port", 5)
-        since = time.time()
-        expect(command("systemctl", "start", left).returncode == 0, f"start: {journal(since, left)}")
-        wait_until(lambda: re.search("can0 (cannot|is not)", journal(since, left)), "told of its interface by the first gateway", 10)
-        command("systemctl", "start", right)
-        wait_until(lambda: "is used by another program" in journal(since, right), "refused, the second gateway", 5)
-        expect(shown("ActiveState", left) == "active", "the first gateway ended with the second")
-        os.kill(main_pid(left), signal.SIGKILL)
-        taken_s = wait_until(lambda: re.search("can1 (cannot|is not)", journal(since, right)) or int(shown("NRestarts", left)) > 0,
-                             "used again, the port", 10)
-        command("systemctl", "stop", left, right)
-        return f"the second is refused; after a kill one has the port {taken_s:.1f} s later"
-    finally:
-        emulator.kill()
-        emulator.wait()
-
-
-def a_wrong_command_line_of_the_gateway_is_not_tried_again():
-    unit = "tubed-can-gateway@can2.service"
-    pathlib.Path("/etc/tubed/can-gateway-can2.env").write_text("OPTIONS=--base-id 0x310\n")
-    since = time.time()
-    command("systemctl", "start", unit)
-    wait_until(lambda: shown("ActiveState", unit) == "failed", "failed, the gateway", 5)
-    expect((shown("ExecMainStatus", unit), shown("NRestarts", unit)) == ("64", "0"), f"exit {shown('ExecMainStatus', unit)}")
-    expect("a base is a multiple of 0x80" in journal(since, unit), journal(since, unit))
-
-
-def a_tracker_behind_can_is_told_which_drop_in_lets_it_in():
-    """Of log and doctor; whether this kernel has CAN at all is another matter (tests/kernel)."""
-    unit, configuration = "tubed@bus.service", "/etc/tubed/bus.toml"
-
-    def sandbox():
-        findings = json.loads(command("tubectl", "doctor", "--json", "-c", configuration).stdout)
-        return next(one for one in findings if one["check"] == "tracker sandbox")
-
-    pathlib.Path(configuration).write_text(
-        '[dds]\nnetwork_interface = "lo"\npartition = "bus"\n[em]\ndriver = "aurora-can"\ndevice = "can0"\n'
-        'T_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n[[instrument]]\nid = "cath-7"\nmode = "em"\nlength_mm = 100.0\n'
-        '[[instrument.coil]]\nsensor = 1\noffset_from_tip_mm = 10.0\n[[instrument.coil]]\nsensor = 2\noffset_from_tip_mm = 90.0\n')
-    since = time.time()
-    started = command("systemctl", "start", unit)
-    expect(started.returncode == 0, f"start: {started.stderr} {journal(since, unit)}")
-    wait_until(lambda: "/usr/share/tubed/can.conf" in journal(since, unit), "told of the drop-in, the journal", 5)
-    expect("AF_CAN" not in shown("RestrictAddressFamilies", unit).split(), "CAN is let in already")
-    expect(sandbox()["verdict"] == "WRONG" and "/usr/share/tubed/can.conf" in sandbox()["advice"], str(sandbox()))
-    command("install", "-D", "-m", "644", "/usr/share/tubed/can.conf", "/etc/systemd/system/tubed@.service.d/can.conf")
-    command("systemctl", "daemon-reload")
-    expect("AF_CAN" in shown("RestrictAddressFamilies", unit).split(), shown("RestrictAddressFamilies", unit))
-    expect(sandbox()["verdict"] == "good", str(sandbox()))
-    command("systemctl", "stop", unit)
 
 
 def a_killed_daemon_is_valid_again_within_3_s():
@@ -496,22 +331,18 @@ CHECKS = (the_package_starts_nothing_by_itself, it_is_ready_when_it_publishes, a
           a_tracker_that_falls_silent_and_comes_back_needs_no_restart, a_hung_daemon_is_valid_again_within_the_watchdog_and_3_s,
           a_killed_daemon_is_valid_again_within_3_s, a_second_room_runs_beside_the_first,
           the_journal_has_fields_beside_the_words, an_aurora_unplugged_and_back_needs_no_restart,
-          a_tracker_behind_can_is_told_which_drop_in_lets_it_in, one_gateway_at_a_time_has_the_serial_port, a_wrong_command_line_of_the_gateway_is_not_tried_again,
+          a_tracker_behind_can_is_told_which_drop_in_lets_it_in, one_gateway_at_a_time_has_the_serial_port,
+          a_wrong_command_line_of_the_gateway_is_not_tried_again,
           the_viewer_serves_its_page, the_exporter_says_in_prometheus_text_what_the_daemon_reports,
           what_cannot_start_is_tried_ever_more_slowly_and_for_ever,
           with_keys_it_runs_in_the_same_sandbox, a_wrong_configuration_is_one_clear_line_and_no_restart)
 
 
-CAPABILITIES = "0" * 16
-
-
 def main():
-    global CAPABILITIES
     command("ip", "link", "set", "lo", "up")
     with open(sys.argv[1], "w", buffering=1) as results:
         if not may_raise_limits():
             grant_capabilities_instead()
-            CAPABILITIES = STAND_INS_MASK
             results.write("noted: this machine may not raise limits; the capabilities " + STAND_INS + " stand in for them\n")
         for check in CHECKS:
             name = check.__name__.replace("_", " ")
