@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "clients/calibration/coil_rest.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -22,8 +23,6 @@ constexpr double kOrderBy_mm = 5;     // distances that fit the reverse order so
 constexpr double kUsualLasting_mm = 0.3;  // of the field, before anything was seen
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
-double square(double x) { return x * x; }
-
 std::string text_of(const char* format, auto... values) {
   std::array<char, 320> text{};
   std::snprintf(text.data(), text.size(), format, values...);
@@ -173,7 +172,7 @@ double order_misfit_mm(const InstrumentDescription& instrument, const Line& line
     const double stated =
         instrument.coils[coils[i + 1]].offset_from_tip_mm - instrument.coils[coils[i]].offset_from_tip_mm;
     const double found = std::abs(line.along_mm[to] - line.along_mm[from]);
-    sum += square(found - stated);
+    sum += squared(found - stated);
   }
   return std::sqrt(sum / static_cast<double>(coils.size() - 1));
 }
@@ -234,10 +233,10 @@ std::pair<double, double> first_offset(const Line& line, std::size_t first, cons
                                        double stated_mm) {
   if (tip.p_em_mm) {
     const double tip_along_mm = line.away_from_tip.dot(*tip.p_em_mm - line.origin_mm);
-    return {line.along_mm[first] - tip_along_mm, square(tip.p_sigma_mm)};
+    return {line.along_mm[first] - tip_along_mm, squared(tip.p_sigma_mm)};
   }
   if (tip.beyond_coil_mm) {
-    return {*tip.beyond_coil_mm, square(tip.beyond_sigma_mm)};
+    return {*tip.beyond_coil_mm, squared(tip.beyond_sigma_mm)};
   }
   return {stated_mm, 0};
 }
@@ -271,8 +270,8 @@ void place_coils(const std::vector<Line>& lines, const StraightTip& tip, Straigh
     // With the tip touched, its place and the coil's err; otherwise both coils do, the first and this one.
     const bool is_reference = k == first && !tip.p_em_mm;
     const double coils_in_it = tip.p_em_mm ? 1 : is_reference ? 0 : 2;
-    const double white = square(coil.noise_mm) / coil.measurements;
-    coil.sigma_mm = std::sqrt(variance + coils_in_it * (square(result.lasting_mm) / many + white));
+    const double white = squared(coil.noise_mm) / coil.measurements;
+    coil.sigma_mm = std::sqrt(variance + coils_in_it * (squared(result.lasting_mm) / many + white));
     coil.was_found = result.has_tip || !is_reference;
   }
 }
@@ -308,7 +307,7 @@ StraightCatheter measure_straight(const std::vector<CoilRecording>& placements, 
   }
   result.line_rms_mm = std::sqrt(beside_square / freedom);
   // Predictive of Student's t with two degrees of freedom of what is usual: variance sum / (nu - 2).
-  result.lasting_mm = std::sqrt((beside_square + 2 * square(kUsualLasting_mm)) / freedom);
+  result.lasting_mm = std::sqrt((beside_square + 2 * squared(kUsualLasting_mm)) / freedom);
   find_mistakes(placements.front(), lines.front(), tip, result);
   place_coils(lines, tip, result);
   return result;

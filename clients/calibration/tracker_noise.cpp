@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "clients/calibration/coil_rest.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -23,8 +24,6 @@ constexpr double kExcess = 2;               // of averaged noise over what white
 constexpr std::size_t kMaxSpectrum = 1200;  // measurements whose spectrum is looked at
 constexpr double kReach_mm = 25;
 constexpr int kMinImages = 20;
-
-double square(double x) { return x * x; }
 
 std::string words(const char* format, auto... values) {
   std::array<char, 256> text{};
@@ -81,7 +80,7 @@ void find_drift(const Series& series, StillCoil& coil) {
   double spread = 0;
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < series.t_s.size(); ++i) {
-    spread += square(series.t_s[i] - mean_s);
+    spread += squared(series.t_s[i] - mean_s);
     slope += (series.t_s[i] - mean_s) * (series.p_mm[i] - coil.p_em_mm);
   }
   coil.drift_mm_min = 60 * slope.norm() / spread;
@@ -198,8 +197,8 @@ StillNoise measure_still(const CoilRecording& recording) {
     }
     noise.coils.push_back(
         still_coil(series_of(recording, placement), *rest, placement.sensor, noise.rate_hz));
-    positions += square(noise.coils.back().white_rms_mm());
-    tangents += square(noise.coils.back().tangent);
+    positions += squared(noise.coils.back().white_rms_mm());
+    tangents += squared(noise.coils.back().tangent);
     remark(noise.coils.back(), noise.remarks);
   }
   if (noise.coils.empty()) {

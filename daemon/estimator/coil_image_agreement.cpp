@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/estimator/coil_error_scale.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -20,8 +21,6 @@ constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond th
 constexpr double kMinEndShare =
     0.7;  // of its length that must show: a steep tip is longer or shorter by its depth
 constexpr double kShared_mm = 200;  // along the tube, over which they share it
-
-constexpr double squared(double x) { return x * x; }
 
 // Lower triangular L with L L^T = covariance of what coils share, of unit variance.
 Eigen::MatrixXd shared_by_neighbours(const std::vector<double>& places_mm) {

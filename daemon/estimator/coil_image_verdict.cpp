@@ -5,6 +5,7 @@
 
 #include "daemon/estimator/coil_image_agreement.hpp"
 #include "idl/geometry/image_mask.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -31,8 +32,6 @@ constexpr double kWrongClock_s = 0.15;
 constexpr double kWrongMagnification = 0.08;
 constexpr double kWrongField_mm = 4;
 constexpr double kWrongCoil_mm = 20;
-
-constexpr double square(double x) { return x * x; }
 
 // Against "as stated", before anything was seen.
 double prior_odds(Discord discord) {
@@ -123,10 +122,10 @@ void CoilImageAgreement::conclude() {
     if (explanation.discord == Discord::kNone) {
       verdict_.as_stated = probability;
     } else if (explanation.discord == Discord::kField) {
-      field_square_mm2_ = probability * square(kWrongField_mm);
+      field_square_mm2_ = probability * squared(kWrongField_mm);
     } else if (explanation.discord == Discord::kMagnification) {
       views_[static_cast<std::size_t>(explanation.index)].magnification_square =
-          probability * square(explanation.magnification);
+          probability * squared(explanation.magnification);
     }
   }
   verdict_.explanation = best->discord;
@@ -172,13 +171,13 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
     const RigidTransform& T_camera_world = view.camera->calibration().T_camera_world;
     const Eigen::Vector3d p_camera_mm = T_camera_world * p_world_mm;
     const Eigen::Vector3d ray = T_camera_world.linear().transpose() * p_camera_mm.normalized();
-    K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / square(kHeld_mm);
+    K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / squared(kHeld_mm);
     const Eigen::Vector3d lateral =
         T_camera_world.linear().transpose() * Eigen::Vector3d(p_camera_mm.x(), p_camera_mm.y(), 0);
     scaled += view.magnification_square * lateral * lateral.transpose();
   }
   M = M * (Eigen::Matrix3d::Identity() + K * M).inverse();
-  const double along_mm2 = std::max(square(beyond_tip_mm_) - square(kEndSeen_mm), 0.0);
+  const double along_mm2 = std::max(squared(beyond_tip_mm_) - squared(kEndSeen_mm), 0.0);
   return M + scaled + along_mm2 * tangent_world * tangent_world.transpose();
 }
 

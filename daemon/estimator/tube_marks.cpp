@@ -4,14 +4,13 @@
 
 #include "daemon/estimator/tube_views.hpp"
 #include "daemon/image/sample_vesselness.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
 namespace {
 
 constexpr double kSigmaMark_px = 0.5;  // of all marks together, beside the shift's own
-
-double squared(double x) { return x * x; }
 
 }  // namespace
 

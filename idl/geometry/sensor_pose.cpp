@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "idl/geometry/squared.hpp"
+
 namespace tubed {
 
 namespace {
@@ -31,8 +33,6 @@ Eigen::Vector3d middle_of(const TwoCoils& coils) { return (coils[0].p_mm + coils
 
 bool has_direction(const Eigen::Vector3d& line_mm) { return line_mm.norm() >= kMinLine_mm; }
 
-double square(double x) { return x * x; }
-
 /// The rotation nearest to B: U diag(1, 1, det(U V^T)) V^T.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& B) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(B, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -53,14 +53,14 @@ std::optional<SensorPose> pose_of_sensor(const Eigen::Vector3d& p_em_mm, const E
   const Eigen::Vector3d y = z.cross(x_axis_em).normalized();
   pose.T_em_body.linear() << y.cross(z), y, z;
   pose.T_em_body.translation() = p_em_mm;
-  pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(square(sigma.angle_rad));
-  pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(square(sigma.position_mm));
+  pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(squared(sigma.angle_rad));
+  pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(squared(sigma.position_mm));
   return pose;
 }
 
 SensorPose pose_of_two_coils(const TwoCoils& body, const TwoCoils& measured, const SensorSigma& sigma) {
-  const double position_weight = 1 / square(sigma.position_mm);
-  const double axis_weight = 1 / square(sigma.angle_rad);
+  const double position_weight = 1 / squared(sigma.position_mm);
+  const double axis_weight = 1 / squared(sigma.angle_rad);
   const Eigen::Vector3d middle_body_mm = middle_of(body);
   const Eigen::Vector3d middle_em_mm = middle_of(measured);
   Eigen::Matrix3d B = Eigen::Matrix3d::Zero();
@@ -78,7 +78,7 @@ SensorPose pose_of_two_coils(const TwoCoils& body, const TwoCoils& measured, con
   pose.T_em_body.linear() = nearest_rotation(B);
   pose.T_em_body.translation() = middle_em_mm - pose.T_em_body.linear() * middle_body_mm;
   pose.covariance.topLeftCorner<3, 3>() = information.inverse();
-  pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(square(sigma.position_mm) / 2);
+  pose.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(squared(sigma.position_mm) / 2);
   return pose;
 }
 

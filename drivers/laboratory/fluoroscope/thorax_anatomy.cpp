@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "idl/geometry/squared.hpp"
+
 namespace tubed::anatomy {
 
 namespace {
@@ -61,8 +63,6 @@ constexpr std::array<Knot, 8> kSkinWidth{
     {{-420, 150}, {-250, 156}, {-120, 163}, {-20, 167}, {50, 172}, {95, 150}, {125, 95}, {160, 66}}};
 constexpr std::array<Knot, 8> kSkinDepth{
     {{-420, 106}, {-250, 112}, {-120, 113}, {-20, 104}, {50, 90}, {95, 74}, {125, 64}, {160, 58}}};
-
-double squared(double x) { return x * x; }
 
 }  // namespace
 
