@@ -5,10 +5,10 @@
 namespace tubed {
 
 void check_geometry(const ShmGeometry& geometry) {
-  if (geometry.slot_count < kShmFewestSlots || geometry.slot_count > kShmMostSlots) {
+  if (geometry.slot_count < kShmMinSlots || geometry.slot_count > kShmMaxSlots) {
     throw ShmError("a shared memory ring has 2 to 1024 slots, not " + std::to_string(geometry.slot_count));
   }
-  if (geometry.payload_bytes == 0 || geometry.payload_bytes > kShmMostPayloadBytes) {
+  if (geometry.payload_bytes == 0 || geometry.payload_bytes > kShmMaxPayloadBytes) {
     throw ShmError("a sample in shared memory has 1 byte to 256 MiB, not " +
                    std::to_string(geometry.payload_bytes));
   }

@@ -38,10 +38,10 @@ struct ShmGeometry {
   }
 };
 
-inline constexpr std::uint32_t kShmFewestSlots = 2;
-inline constexpr std::uint32_t kShmMostSlots = 1024;
-inline constexpr std::uint64_t kShmMostPayloadBytes = std::uint64_t{1} << 28U;
-inline constexpr std::uint64_t kShmMostSegmentBytes = std::uint64_t{1} << 30U;  ///< unless a reader says less
+inline constexpr std::uint32_t kShmMinSlots = 2;
+inline constexpr std::uint32_t kShmMaxSlots = 1024;
+inline constexpr std::uint64_t kShmMaxPayloadBytes = std::uint64_t{1} << 28U;
+inline constexpr std::uint64_t kShmMaxSegmentBytes = std::uint64_t{1} << 30U;  ///< unless a reader says less
 
 static_assert(sizeof(tubed_shm_header) == 320 && sizeof(tubed_shm_header) <= TUBED_SHM_HEADER_BYTES);
 static_assert(offsetof(tubed_shm_header, magic) == 0);

@@ -15,10 +15,10 @@ struct ShmReaderSettings {
   std::string path;           ///< of the writer's socket
   std::uint32_t content = 0;  ///< what is expected there, enum tubed_shm_content
   std::uint32_t content_version = 0;
-  std::uint32_t oldest_content_version = 0;                ///< that is read as well; 0: no older one
-  int timeout_ms = 300;                                    ///< for the writer's answer
-  std::vector<uid_t> trusted;                              ///< users the writer may run as; empty = any
-  std::uint64_t max_segment_bytes = kShmMostSegmentBytes;  ///< of the writer's memory; more is refused
+  std::uint32_t oldest_content_version = 0;               ///< that is read as well; 0: no older one
+  int timeout_ms = 300;                                   ///< for the writer's answer
+  std::vector<uid_t> trusted;                             ///< users the writer may run as; empty = any
+  std::uint64_t max_segment_bytes = kShmMaxSegmentBytes;  ///< of the writer's memory; more is refused
 };
 
 /// What there is to know now.

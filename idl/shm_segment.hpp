@@ -22,7 +22,7 @@ class ShmSegment {
   /// has at most `max_bytes`, no hole (a hole that is read is filled with pages of the reader's), and a
   /// header that fits it. Then reading it can neither fail with SIGBUS nor cost memory; its pages are in this
   /// process's tables already. Throws ShmError.
-  static ShmSegment adopt(int descriptor, std::uint64_t max_bytes = kShmMostSegmentBytes);
+  static ShmSegment adopt(int descriptor, std::uint64_t max_bytes = kShmMaxSegmentBytes);
 
   ~ShmSegment();
   ShmSegment(ShmSegment&& other) noexcept;

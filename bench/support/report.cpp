@@ -17,7 +17,7 @@ namespace tubed {
 namespace {
 
 constexpr std::size_t kMinForDistribution = 20;
-constexpr double kMostDrift = 1.15;
+constexpr double kMaxDrift = 1.15;
 
 /// Five digits are more than any latency is worth; all seventeen would make the file many times larger.
 double rounded(double value) {
@@ -129,7 +129,7 @@ bool is_unsteady(const std::vector<double>& values) {
     return false;
   }
   const double ratio = drift(values);
-  return ratio > kMostDrift || ratio < 1 / kMostDrift;
+  return ratio > kMaxDrift || ratio < 1 / kMaxDrift;
 }
 
 void Report::add(ReportRow row) {

@@ -45,11 +45,11 @@ std::optional<std::vector<CameraPoint>> find_board(const CalibrationPicture& pic
                                  cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return std::nullopt;
   }
-  double least_px = 1e9;
+  double min_px = 1e9;
   for (std::size_t i = 1; i < corners.size(); ++i) {
-    least_px = std::min(least_px, cv::norm(corners[i] - corners[i - 1]));
+    min_px = std::min(min_px, cv::norm(corners[i] - corners[i - 1]));
   }
-  const int reach_px = std::clamp(static_cast<int>(0.35 * least_px), 2, 11);
+  const int reach_px = std::clamp(static_cast<int>(0.35 * min_px), 2, 11);
   cv::cornerSubPix(grey, corners, {reach_px, reach_px}, {-1, -1},
                    cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 60, 1e-4));
   std::vector<CameraPoint> points;

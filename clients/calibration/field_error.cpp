@@ -113,7 +113,7 @@ FieldError find_field_error(const CoilRecording& recording, int sensor,
     const Eigen::Vector3d off = measured.col(i) - error.T_em_board * Eigen::Vector3d(board.col(i));
     error.places.push_back({measured.col(i), off, measured.col(i).norm()});
     sum += off.squaredNorm();
-    error.greatest_mm = std::max(error.greatest_mm, off.norm());
+    error.max_mm = std::max(error.max_mm, off.norm());
   }
   const double freedom = 3.0 * static_cast<double>(count) - 6;
   error.axis_mm = std::sqrt(sum / freedom);

@@ -44,7 +44,7 @@ struct FieldError {
   double rms_mm = 0;         ///< length, corrected for the six numbers that the board's pose takes away
   double axis_mm = 0;        ///< the same an axis
   double axis_sigma_mm = 0;  ///< of it
-  double greatest_mm = 0;
+  double max_mm = 0;
 };
 
 /// Fits the board to what the coil measured, without a scale (Umeyama 1991, rigid), and says what stays. A

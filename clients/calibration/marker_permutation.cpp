@@ -37,11 +37,11 @@ double area_mm2(const Eigen::Matrix3Xd& points, const Triangle& t) {
 /// Keeps the best order that is not that of the names.
 class OrderSearch {
  public:
-  OrderSearch(const MarkerPairs& pairs, double least_log_ratio) : pairs_(pairs), identity_(pairs.size()) {
+  OrderSearch(const MarkerPairs& pairs, double min_log_ratio) : pairs_(pairs), identity_(pairs.size()) {
     std::iota(identity_.begin(), identity_.end(), std::size_t{0});
     floor_mm2_ = degrees() * kMinSigma_mm * kMinSigma_mm;
     named_mm2_ = fit_rigid(pairs.p_world_mm, pairs.p_em_mm).squared_residuals_mm2 + floor_mm2_;
-    best_mm2_ = named_mm2_ * std::exp(-2 * least_log_ratio / degrees());
+    best_mm2_ = named_mm2_ * std::exp(-2 * min_log_ratio / degrees());
   }
 
   void exchange_two() {
@@ -174,8 +174,8 @@ std::vector<Triangle> large_triangles(const Eigen::Matrix3Xd& points) {
 
 }  // namespace
 
-std::optional<MarkerOrder> best_other_order(const MarkerPairs& pairs, double least_log_ratio) {
-  OrderSearch search(pairs, least_log_ratio);
+std::optional<MarkerOrder> best_other_order(const MarkerPairs& pairs, double min_log_ratio) {
+  OrderSearch search(pairs, min_log_ratio);
   search.exchange_two();
   if (pairs.size() <= kMaxSearched) {
     for (const Triangle& triangle : large_triangles(pairs.p_em_mm)) search.place(triangle);

@@ -23,11 +23,11 @@ struct MarkerOrder {
   double log_alternatives = 0;
 };
 
-/// The best order other than that of the names, of those whose likelihood is at least e^`least_log_ratio` of
+/// The best order other than that of the names, of those whose likelihood is at least e^`min_log_ratio` of
 /// that of the names; nothing when there is none. Orders are found from all ordered triples of touched
 /// markers for up to four triangles of markers (n^3 fits each), and all exchanges of two. n >= 3 markers that
 /// are not on a line; with more than 20 only exchanges.
-std::optional<MarkerOrder> best_other_order(const MarkerPairs& pairs, double least_log_ratio);
+std::optional<MarkerOrder> best_other_order(const MarkerPairs& pairs, double min_log_ratio);
 
 /// "M2 and M5 are exchanged", or "what was touched as M1, M2 and M3 is M2, M3 and M1".
 std::string words_for(const MarkerOrder& order, const std::vector<std::string>& names);

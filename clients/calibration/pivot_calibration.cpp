@@ -297,7 +297,7 @@ CalibrationFinding check_across(const PivotCalibration& pivot) {
     evidence += formatted(
         ": directions that err by %.2f degrees, or a tip up to %.1f mm beside the axis (if the "
         "probe was spun)",
-        pivot.sigma_angle_rad / kDeg, pivot.most_beside_axis_mm());
+        pivot.sigma_angle_rad / kDeg, pivot.max_beside_axis_mm());
   }
   if (pivot.across_mm > kMaxAcross_mm) {
     return {"residual", ReportVerdict::kDoubtful, evidence,
@@ -310,7 +310,7 @@ CalibrationFinding check_across(const PivotCalibration& pivot) {
 
 double PivotCalibration::sigma_tip_mm() const { return std::sqrt(covariance_mm2.trace()); }
 
-double PivotCalibration::most_beside_axis_mm() const {
+double PivotCalibration::max_beside_axis_mm() const {
   return std::sqrt(std::max(across_mm * across_mm - 2 * sigma_position_mm * sigma_position_mm, 0.0));
 }
 

@@ -31,7 +31,7 @@ struct PivotCalibration {
   [[nodiscard]] double sigma_tip_mm() const;
   /// How far the tip may lie beside the axis of a 5-DOF coil: what scatters across the axis beyond what
   /// positions scatter along it, if all of that were the tip going round while the probe was spun; mm.
-  [[nodiscard]] double most_beside_axis_mm() const;
+  [[nodiscard]] double max_beside_axis_mm() const;
 };
 
 /// A calibration and what is to be said of it; when a finding is bad it must not be used.

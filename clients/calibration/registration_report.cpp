@@ -83,9 +83,9 @@ void draw_projection(Svg& svg, const ReportPage::Room& room, const JudgedRegistr
 double exaggeration_of(const JudgedRegistration& judged) {
   const Eigen::Matrix3Xd& markers = judged.pairs.p_world_mm;
   const double extent_mm = (markers.rowwise().maxCoeff() - markers.rowwise().minCoeff()).maxCoeff();
-  const double greatest_mm = judged.registration.residual_world_mm.colwise().norm().maxCoeff();
+  const double max_mm = judged.registration.residual_world_mm.colwise().norm().maxCoeff();
   for (const double factor : {100.0, 50.0, 20.0, 10.0, 5.0, 2.0}) {
-    if (factor * greatest_mm < extent_mm / 8) return factor;
+    if (factor * max_mm < extent_mm / 8) return factor;
   }
   return 1;
 }

@@ -113,7 +113,7 @@ std::optional<ArcChain> best_merged(const ArcChain& chain, const Eigen::Matrix2X
   return best;
 }
 
-ArcChain fewest_arcs(const Eigen::Matrix2Xd& points) {
+ArcChain min_arcs(const Eigen::Matrix2Xd& points) {
   const double length_mm = whole_length_mm(points);
   const double most = std::min(kMaxPieces, std::floor(static_cast<double>(points.cols()) / 4));
   const auto pieces = static_cast<std::size_t>(std::clamp(std::floor(length_mm / kMinPiece_mm), 1.0, most));
@@ -155,7 +155,7 @@ TracedTip read_traced_tip(const std::filesystem::path& file, double mm_per_px) {
 }
 
 TracedCurve fit_arcs(const TracedTip& drawing) {
-  const ArcChain chain = fewest_arcs(drawing.points_mm);
+  const ArcChain chain = min_arcs(drawing.points_mm);
   TracedCurve found;
   for (std::size_t piece = 0; piece < chain.piece_count(); ++piece) {
     const RestArc arc = chain.arc(piece);

@@ -18,10 +18,9 @@ std::int64_t monotonic_ns() {
 
 ShmWriterSettings writer_settings(const ShmImageWriterSettings& settings) {
   const std::uint64_t pixels = std::uint64_t{settings.max_width} * settings.max_height;
-  if (pixels == 0 || pixels > kShmMostPayloadBytes / 4 ||
+  if (pixels == 0 || pixels > kShmMaxPayloadBytes / 4 ||
       (settings.max_depth_bits != 8 && settings.max_depth_bits != 16)) {
-    throw ShmError("an image has 1 to " + std::to_string(kShmMostPayloadBytes / 4) +
-                   " pixels of 8 or 16 bit");
+    throw ShmError("an image has 1 to " + std::to_string(kShmMaxPayloadBytes / 4) + " pixels of 8 or 16 bit");
   }
   return {.door = {settings.socket, settings.group},
           .geometry = {kSlots, sizeof(tubed_shm_image) + pixels * settings.max_depth_bits / 8},

@@ -83,7 +83,7 @@ ShmTubeNews ShmTubeReader::wait_for(std::chrono::milliseconds timeout) noexcept 
       if (take(now_ns, news)) {
         return news;
       }
-      if (now_ns >= until_ns && ++skipped > kShmMostSlots) {
+      if (now_ns >= until_ns && ++skipped > kShmMaxSlots) {
         return {};  // a writer that is faster than we can throw away
       }
       continue;

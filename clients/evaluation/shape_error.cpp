@@ -50,15 +50,15 @@ std::string_view name_of(PointMatch match) { return match == PointMatch::kNeares
 
 PolylinePlace closest_place_on(const Eigen::Matrix3Xd& points_mm, const Eigen::Vector3d& p_mm) {
   PolylinePlace closest;
-  double least_mm2 = (points_mm.col(0) - p_mm).squaredNorm();
+  double min_mm2 = (points_mm.col(0) - p_mm).squaredNorm();
   for (Eigen::Index i = 0; i + 1 < points_mm.cols(); ++i) {
     const Eigen::Vector3d a_mm = points_mm.col(i);
     const Eigen::Vector3d step_mm = points_mm.col(i + 1) - a_mm;
     const double length_mm2 = step_mm.squaredNorm();
     const double along = length_mm2 > 0 ? std::clamp(step_mm.dot(p_mm - a_mm) / length_mm2, 0.0, 1.0) : 0.0;
     const double distance_mm2 = (a_mm + along * step_mm - p_mm).squaredNorm();
-    if (distance_mm2 < least_mm2) {
-      least_mm2 = distance_mm2;
+    if (distance_mm2 < min_mm2) {
+      min_mm2 = distance_mm2;
       closest = {i, along};
     }
   }

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kTubeSpeed_mm_s = 30;  // across itself or at its tip, with what the breathing adds
 constexpr double kSigmas = 3;
-constexpr double kGreatestSpread_px = 48;  // of kSigmas: a place worse known than this is none
-constexpr double kBetweenPixels_px = 1;    // places between pixels are read from both
+constexpr double kMaxSpread_px = 48;     // of kSigmas: a place worse known than this is none
+constexpr double kBetweenPixels_px = 1;  // places between pixels are read from both
 
 }  // namespace
 
@@ -40,7 +40,7 @@ AreaPrediction::Place AreaPrediction::place_of(const CentrelinePoint& point, dou
   const double spread_px = kSigmas * std::sqrt(variance_px2);
   const double motion_px = motion_mm_ * camera_.calibration().fx / projection->depth_mm;
   return {projection->p_image_px, reach_px + kBetweenPixels_px + spread_px + motion_px,
-          spread_px <= kGreatestSpread_px};
+          spread_px <= kMaxSpread_px};
 }
 
 const PredictedArea& AreaPrediction::end() {

@@ -7,12 +7,12 @@
 
 namespace tubed {
 
-CoilInnovations::CoilInnovations(int most_coils)
-    : innovation_mm(Eigen::VectorXd::Zero(3 * most_coils)),
-      covariance_mm2(Eigen::MatrixXd::Zero(3 * most_coils, 3 * most_coils)) {}
+CoilInnovations::CoilInnovations(int max_coils)
+    : innovation_mm(Eigen::VectorXd::Zero(3 * max_coils)),
+      covariance_mm2(Eigen::MatrixXd::Zero(3 * max_coils, 3 * max_coils)) {}
 
-CoilFaults::CoilFaults(const CoilFaultModel& model, int most_coils)
-    : model_(model), cholesky_(Eigen::MatrixXd::Zero(3 * most_coils, 3 * most_coils)) {}
+CoilFaults::CoilFaults(const CoilFaultModel& model, int max_coils)
+    : model_(model), cholesky_(Eigen::MatrixXd::Zero(3 * max_coils, 3 * max_coils)) {}
 
 void CoilFaults::weigh(const CoilInnovations& innovations, CoilBeliefs& beliefs) noexcept {
   const auto belief_of = [&](int k) -> double& {

@@ -11,7 +11,7 @@ namespace tubed {
 
 /// How far the coils of one measurement are off their prediction, and how far they may be.
 struct CoilInnovations {
-  explicit CoilInnovations(int most_coils);
+  explicit CoilInnovations(int max_coils);
   int count = 0;                      ///< coils that say something; of the rest nothing is read
   std::array<int, kMaxCoils> coil{};  ///< their indices
   Eigen::VectorXd innovation_mm;      ///< 3 a coil, world frame
@@ -30,7 +30,7 @@ class CoilFaults {
   static constexpr int kMaxExhaustiveCoils = 8;
   static constexpr int kMaxChanges = 3;
 
-  CoilFaults(const CoilFaultModel& model, int most_coils);
+  CoilFaults(const CoilFaultModel& model, int max_coils);
 
   [[nodiscard]] const CoilFaultModel& model() const { return model_; }
 

@@ -12,12 +12,12 @@ constexpr double kMedianOfChiSquared2 = 1.386;  // a unit vector has no noise al
 constexpr double kUneven = 0.25;                // share by which two intervals may differ
 // No tracker is exact, and the model of the tube is not either: noise is never taken for less than this share
 // of the whole error, and never for much more than the settings say.
-constexpr double kLeastShare = 0.05;
-constexpr double kGreatestShare = 3;
-constexpr double kLeastLastingShare = 0.1;
+constexpr double kMinShare = 0.05;
+constexpr double kMaxShare = 3;
+constexpr double kMinLastingShare = 0.1;
 
 double lasting(double whole, double noise) {
-  const double least = kLeastLastingShare * whole;
+  const double least = kMinLastingShare * whole;
   return std::sqrt(std::max(whole * whole - noise * noise, least * least));
 }
 
@@ -82,7 +82,7 @@ void CoilNoise::observe(const EmFrame& frame, const EmHistory& history,
   }
   if (known()) {
     const auto within = [](double sigma, double whole) {
-      return std::clamp(sigma, kLeastShare * whole, kGreatestShare * whole);
+      return std::clamp(sigma, kMinShare * whole, kMaxShare * whole);
     };
     noise_position_mm_ = within(sigma_of(positions_mm2_, kMedianOfChiSquared3), settings_.sigma_position_mm);
     noise_tangent_ = within(sigma_of(tangents_, kMedianOfChiSquared2), settings_.sigma_tangent);

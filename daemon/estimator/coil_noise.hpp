@@ -26,7 +26,7 @@ class CoilNoise {
   void reset();
 
   /// Enough has been seen; until then everything counts as noise.
-  [[nodiscard]] bool known() const { return count_ >= kFewest; }
+  [[nodiscard]] bool known() const { return count_ >= kMinCount; }
 
   /// Standard deviations an axis: noise, new with every measurement.
   [[nodiscard]] double noise_position_mm() const { return noise_position_mm_; }
@@ -37,8 +37,8 @@ class CoilNoise {
   [[nodiscard]] double lasting_tangent(double whole) const;
 
  private:
-  static constexpr std::size_t kFewest = 15;  ///< coils times instants
-  static constexpr std::size_t kKept = 200;   ///< a second of five coils at 40 Hz
+  static constexpr std::size_t kMinCount = 15;  ///< coils times instants
+  static constexpr std::size_t kKept = 200;     ///< a second of five coils at 40 Hz
   using Differences = std::array<float, kKept>;
 
   [[nodiscard]] double sigma_of(const Differences& squares, double median_of_chi_squared);

@@ -28,7 +28,7 @@ CoilState state_of(const CoilSample& sample) {
 // A real coil always shows noise. Equal to the last bit over the whole window is a tracker that repeats
 // itself.
 bool is_stuck(const EmFrame& frame, const EmHistory& history, std::size_t sensor, std::int64_t stuck_ns) {
-  constexpr std::size_t kFewestRepeats = 3;
+  constexpr std::size_t kMinRepeats = 3;
   for (std::size_t steps = 1;; ++steps) {
     const EmFrame* earlier = history.before(&frame, steps);
     if (earlier == nullptr || earlier->coils[sensor].status != CoilStatus::kOk ||
@@ -36,7 +36,7 @@ bool is_stuck(const EmFrame& frame, const EmHistory& history, std::size_t sensor
         earlier->coils[sensor].tangent_em != frame.coils[sensor].tangent_em) {
       return false;
     }
-    if (steps >= kFewestRepeats && to_ns(frame.measured) - to_ns(earlier->measured) >= stuck_ns) {
+    if (steps >= kMinRepeats && to_ns(frame.measured) - to_ns(earlier->measured) >= stuck_ns) {
       return true;
     }
   }

@@ -5,11 +5,11 @@
 
 namespace tubed {
 
-CoilUpdate::CoilUpdate(int most_coils, int column_count)
-    : PHt_(Eigen::MatrixXd::Zero(3 * column_count, 6 * most_coils)),
-      S_(Eigen::MatrixXd::Zero(6 * most_coils, 6 * most_coils)),
-      Y_(Eigen::MatrixXd::Zero(6 * most_coils, 3 * column_count)),
-      innovation_(Eigen::VectorXd::Zero(6 * most_coils)),
+CoilUpdate::CoilUpdate(int max_coils, int column_count)
+    : PHt_(Eigen::MatrixXd::Zero(3 * column_count, 6 * max_coils)),
+      S_(Eigen::MatrixXd::Zero(6 * max_coils, 6 * max_coils)),
+      Y_(Eigen::MatrixXd::Zero(6 * max_coils, 3 * column_count)),
+      innovation_(Eigen::VectorXd::Zero(6 * max_coils)),
       step_(Eigen::VectorXd::Zero(3 * column_count)) {}
 
 void CoilUpdate::add(const Rows& rows, const Eigen::Vector3d& residual_at_C, const Eigen::Matrix3Xd& C,

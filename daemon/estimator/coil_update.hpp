@@ -13,7 +13,7 @@ namespace tubed {
 /// unknowns. Residuals as TubeMap's, Eq. (12), with the errors that stay. Memory is taken in the constructor.
 class CoilUpdate {
  public:
-  CoilUpdate(int most_coils, int column_count);
+  CoilUpdate(int max_coils, int column_count);
 
   /// How far the measurement pulled, and how far it should have: chi^2 and its expectation.
   struct Pull {

@@ -49,7 +49,7 @@ std::span<const double> MirrorTest::find_turns(const LooseShape& shape, const Ei
   turns_[count++] = shape.loose_mm;
   double behind = steepness(shape.loose_mm);
   double here = steepness(shape.loose_mm - kStep_mm);
-  for (double s_mm = shape.loose_mm - kStep_mm; s_mm > kShortest_mm && count < kMostTurns; s_mm -= kStep_mm) {
+  for (double s_mm = shape.loose_mm - kStep_mm; s_mm > kShortest_mm && count < kMaxTurns; s_mm -= kStep_mm) {
     const double before = steepness(s_mm - kStep_mm);
     if (here < behind && here <= before) {
       turns_[count++] = s_mm;

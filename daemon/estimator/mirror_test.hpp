@@ -66,15 +66,15 @@ class MirrorTest {
   static void lean(double side, const LooseShape& shape, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& leant);
 
  private:
-  static constexpr std::size_t kMostTurns = 4;
-  static constexpr std::size_t kMostStarts = 1 + kMostTurns + 2;
+  static constexpr std::size_t kMaxTurns = 4;
+  static constexpr std::size_t kMaxStarts = 1 + kMaxTurns + 2;
 
   std::size_t find_starts(const LooseShape& shape, const Eigen::Matrix3Xd& C);
   void choose(std::size_t starts, const LooseShape& shape, Eigen::Matrix3Xd& C);
 
-  std::array<double, kMostTurns> turns_{};
-  std::array<Eigen::Matrix3Xd, kMostStarts> shapes_;  ///< the one given, and what becomes of each other start
-  std::array<double, kMostStarts> costs_{};
+  std::array<double, kMaxTurns> turns_{};
+  std::array<Eigen::Matrix3Xd, kMaxStarts> shapes_;  ///< the one given, and what becomes of each other start
+  std::array<double, kMaxStarts> costs_{};
   Eigen::Matrix3Xd rival_;
   bool is_ambiguous_ = false;
 };

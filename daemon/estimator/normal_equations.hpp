@@ -27,7 +27,7 @@ class NormalEquations {
   void add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
            double residual) {
     open(first);
-    if (waiting_ == kMostWaiting) sum_up();
+    if (waiting_ == kMaxWaiting) sum_up();
     double* const outer = outer_.data() + 8 * waiting_;
     outer[0] = gradient[0] * gradient[0];
     outer[1] = gradient[0] * gradient[1];
@@ -129,17 +129,17 @@ class NormalEquations {
   int column_count_;
   double cost_ = 0;
   int first_ = -1;  ///< of the blocks that wait
-  static constexpr std::size_t kMostWaiting = 24;
-  std::size_t waiting_ = 0;                           ///< residuals not yet in squares_
-  std::array<double, 8 * kMostWaiting> outer_{};      ///< upper triangle of g g^T, row by row, and two zeros
-  std::array<double, 12 * kMostWaiting> products_{};  ///< products_of() their weights
-  Eigen::Matrix<double, 8, 10> squares_;              ///< their sum: a pair of coefficients a column
-  Eigen::Matrix<double, 3, 4> pull_;                  ///< their part of J^T r
-  LowerBand band_;                                    ///< of J^T J, the coefficients among each other
-  Eigen::MatrixXd further_;                           ///< its rows of the further columns, lower triangle
-  Eigen::VectorXd gradient_;                          ///< J^T r
-  const Eigen::MatrixXd* prior_ = nullptr;            ///< its information
-  SharedError shared_error_;                          ///< the one that is being gathered
+  static constexpr std::size_t kMaxWaiting = 24;
+  std::size_t waiting_ = 0;                          ///< residuals not yet in squares_
+  std::array<double, 8 * kMaxWaiting> outer_{};      ///< upper triangle of g g^T, row by row, and two zeros
+  std::array<double, 12 * kMaxWaiting> products_{};  ///< products_of() their weights
+  Eigen::Matrix<double, 8, 10> squares_;             ///< their sum: a pair of coefficients a column
+  Eigen::Matrix<double, 3, 4> pull_;                 ///< their part of J^T r
+  LowerBand band_;                                   ///< of J^T J, the coefficients among each other
+  Eigen::MatrixXd further_;                          ///< its rows of the further columns, lower triangle
+  Eigen::VectorXd gradient_;                         ///< J^T r
+  const Eigen::MatrixXd* prior_ = nullptr;           ///< its information
+  SharedError shared_error_;                         ///< the one that is being gathered
   Eigen::MatrixXd shared_;           ///< B of that one, E of those before; rows of the coefficients
   Eigen::Index shared_columns_ = 0;  ///< of E
   SplineBandCholesky banded_;

@@ -62,8 +62,8 @@ void RecursiveEstimator::suppose_coil_errors() {
   state_.began_with_known_noise = noise.known();
   state_.lasting_position_mm = noise.lasting_position_mm(state_.error_scale.position_mm());
   state_.lasting_tangent = noise.lasting_tangent(state_.error_scale.tangent());
-  state_.least_lasting_position_mm = state_.lasting_position_mm;
-  state_.least_lasting_tangent = state_.lasting_tangent;
+  state_.min_lasting_position_mm = state_.lasting_position_mm;
+  state_.min_lasting_tangent = state_.lasting_tangent;
   prior_.mean.setZero();
   prior_.information.setZero();
   const auto know = [this](int column, double sigma) {

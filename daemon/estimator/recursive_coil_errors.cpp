@@ -29,10 +29,10 @@ void RecursiveEstimator::age_coil_errors(double dt_s) {
   const double was_tangent = state_.lasting_tangent;
   state_.lasting_position_mm = state_.noise.lasting_position_mm(state_.error_scale.position_mm());
   state_.lasting_tangent = state_.noise.lasting_tangent(state_.error_scale.tangent());
-  const double least_position_mm = state_.least_lasting_position_mm;
-  const double least_tangent = state_.least_lasting_tangent;
-  state_.least_lasting_position_mm = std::min(least_position_mm, state_.lasting_position_mm);
-  state_.least_lasting_tangent = std::min(least_tangent, state_.lasting_tangent);
+  const double min_position_mm = state_.min_lasting_position_mm;
+  const double min_tangent = state_.min_lasting_tangent;
+  state_.min_lasting_position_mm = std::min(min_position_mm, state_.lasting_position_mm);
+  state_.min_lasting_tangent = std::min(min_tangent, state_.lasting_tangent);
   const std::array<Eigen::Vector3d, kMaxCoils> before_mm = state_.coil_places_mm;
   place_coils();
   for (std::size_t i = 0; i < instrument_.coils.size(); ++i) {
@@ -50,8 +50,8 @@ void RecursiveEstimator::age_coil_errors(double dt_s) {
       }
     };
     age(map_.position_error_column(static_cast<int>(i)), state_.lasting_position_mm, was_position_mm,
-        least_position_mm);
-    age(map_.tangent_error_column(static_cast<int>(i)), state_.lasting_tangent, was_tangent, least_tangent);
+        min_position_mm);
+    age(map_.tangent_error_column(static_cast<int>(i)), state_.lasting_tangent, was_tangent, min_tangent);
   }
 }
 

@@ -32,7 +32,7 @@ constexpr double kSeenWell = 0.85;  // share of lines that agree: nobody else is
 constexpr double kSeenBetter = 0.03;
 constexpr double kElsewhere_px = 5;
 constexpr double kElsewhereEach_mm = 2;
-constexpr int kFewestElsewhere = 3;  // of such places
+constexpr int kMinElsewhere = 3;  // of such places
 
 }  // namespace
 
@@ -160,7 +160,7 @@ bool RecursiveEstimator::is_elsewhere_alone(const Camera& camera, const CoilObse
     const Eigen::Vector2d way_px = there->p_image_px - here->p_image_px;
     elsewhere += std::abs(along.x() * way_px.y() - along.y() * way_px.x()) > kElsewhere_px ? 1 : 0;
   }
-  return elsewhere >= kFewestElsewhere;
+  return elsewhere >= kMinElsewhere;
 }
 
 // Two images of one EM measurement are not two witnesses: the error of the coils is the same.

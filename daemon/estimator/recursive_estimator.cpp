@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
 constexpr int kUpdateIterations = 3;
-constexpr std::size_t kMostEmFrames = 16;  // a longer gap is bridged by the newest ones
+constexpr std::size_t kMaxEmFrames = 16;  // a longer gap is bridged by the newest ones
 
 }  // namespace
 
@@ -186,7 +186,7 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
   std::size_t waiting = 0;
   for (const EmFrame* frame = &newest;
-       frame != nullptr && frame->measured > state_.newest_em && waiting < kMostEmFrames;
+       frame != nullptr && frame->measured > state_.newest_em && waiting < kMaxEmFrames;
        frame = history.before(&newest, waiting)) {
     ++waiting;
   }

@@ -85,8 +85,8 @@ class RecursiveEstimator final : public RestShapedEstimator {
     bool began_with_known_noise = false;
     double lasting_position_mm = 0;
     double lasting_tangent = 0;
-    double least_lasting_position_mm = 0;  ///< since it began
-    double least_lasting_tangent = 0;
+    double min_lasting_position_mm = 0;  ///< since it began
+    double min_lasting_tangent = 0;
     std::array<Eigen::Vector3d, kMaxCoils> coil_places_mm{};  ///< on the tube, when errors last aged
     CoilBeliefs beliefs{};
     std::array<DoubtedCoil, kMaxCoils> doubted{};
@@ -154,7 +154,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   bool refresh_information();
   [[nodiscard]] double pull(const Eigen::Matrix3Xd& C);
   [[nodiscard]] double lasting_share() const;
-  [[nodiscard]] double least_freedom() const;
+  [[nodiscard]] double min_freedom() const;
   [[nodiscard]] double sideways_freedom(double learnt) const;
   void learn_drift(double interval_s);
   void learn_bending(const Eigen::Matrix3Xd& C);

@@ -14,9 +14,9 @@ constexpr double kMaxSurprise = 25;  // chi^2 of a coil, 3 dof: more says that i
 constexpr double kJerkFrom = 1.4;
 constexpr double kCertainJerk = 1.6;
 constexpr double kFreedomOfAJerk = 20;
-constexpr int kFewestMeasurements = 10;  // until it is known what is usual
-constexpr int kMostMeasurements = 60;    // that the mean goes back
-constexpr double kLostAfter_s = 0.5;     // when a few coils contradict and no image says who is right
+constexpr int kMinMeasurements = 10;  // until it is known what is usual
+constexpr int kMaxMeasurements = 60;  // that the mean goes back
+constexpr double kLostAfter_s = 0.5;  // when a few coils contradict and no image says who is right
 constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
@@ -164,8 +164,8 @@ double RecursiveEstimator::freedom_for(double surprise) {
     return state_.freedom;
   }
   UsualSurprise& usual = state_.usual;
-  const double times = usual.count < kFewestMeasurements ? 1 : surprise / usual.mean;
-  usual.count = std::min(usual.count + 1, kMostMeasurements);
+  const double times = usual.count < kMinMeasurements ? 1 : surprise / usual.mean;
+  usual.count = std::min(usual.count + 1, kMaxMeasurements);
   usual.mean *= std::pow(std::min(surprise / usual.mean, kCertainJerk), 1.0 / usual.count);
   const double jerk = std::clamp((times - kJerkFrom) / (kCertainJerk - kJerkFrom), 0.0, 1.0);
   return std::max(state_.freedom, kFreedomOfAJerk * jerk);

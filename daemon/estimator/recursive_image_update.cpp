@@ -15,11 +15,11 @@ constexpr double kSureOfTip_px = RecursiveEstimator::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {RecursiveEstimator::kFirstReach_px, 5};
 // Motion is as free as the measurements say: chi^2 of how far they pull, a degree of freedom, should be 1.
 constexpr double kFreedomMemory_s = 0.5;
-constexpr double kFreedomLeast = 0.4;
-constexpr double kFreedomMost = 10;
-constexpr double kLeastSideways = 0.25;
-constexpr double kLeastDrift = 0.05;
-// At kFreedomLeast updates pull by less than is expected: motion is calmer than the filter lets it be, who
+constexpr double kMinFreedom = 0.4;
+constexpr double kMaxFreedom = 10;
+constexpr double kMinSideways = 0.25;
+constexpr double kMinDrift = 0.05;
+// At kMinFreedom updates pull by less than is expected: motion is calmer than the filter lets it be, who
 // would lag behind the next jerk otherwise.
 constexpr double kCalmVariance = 0.71;
 
@@ -202,7 +202,7 @@ void RecursiveEstimator::adapt_freedom(double pulled, double expected, double in
   }
   const double ratio = std::clamp(pulled / expected, 0.1, 10.0);
   const double share = std::clamp(interval_s / kFreedomMemory_s, 0.0, 1.0);
-  state_.freedom = std::clamp(state_.freedom * std::pow(ratio, share), least_freedom(), kFreedomMost);
+  state_.freedom = std::clamp(state_.freedom * std::pow(ratio, share), min_freedom(), kMaxFreedom);
 }
 
 // Where coils err by noise, a tube held firmer averages more of it. Where their errors stay there is nothing
@@ -212,21 +212,21 @@ double RecursiveEstimator::lasting_share() const {
   return share * share;
 }
 
-double RecursiveEstimator::least_freedom() const { return std::clamp(lasting_share(), kFreedomLeast, 1.0); }
+double RecursiveEstimator::min_freedom() const { return std::clamp(lasting_share(), kMinFreedom, 1.0); }
 
 double RecursiveEstimator::sideways_freedom(double learnt) const {
-  return learnt * std::clamp(lasting_share(), kLeastSideways, 1.0);
+  return learnt * std::clamp(lasting_share(), kMinSideways, 1.0);
 }
 
 void RecursiveEstimator::learn_drift(double interval_s) {
-  motion_.learn_drift(interval_s, std::clamp(lasting_share(), kLeastDrift, 1.0), state_.m, state_.P,
+  motion_.learn_drift(interval_s, std::clamp(lasting_share(), kMinDrift, 1.0), state_.m, state_.P,
                       state_.drift);
 }
 
 // So that sigma does not say more than it has to while motion is calm.
 double RecursiveEstimator::variance_factor() const {
   const double calm =
-      std::clamp((1 - std::max(state_.freedom, state_.last_freedom)) / (1 - kFreedomLeast), 0.0, 1.0);
+      std::clamp((1 - std::max(state_.freedom, state_.last_freedom)) / (1 - kMinFreedom), 0.0, 1.0);
   return 1 - (1 - kCalmVariance) * calm;
 }
 

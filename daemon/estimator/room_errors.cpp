@@ -60,7 +60,7 @@ MotionVariance of_poses(const std::vector<CameraCalibration>& cameras) {
 
 /// The greatest of a sigma that every one of `list` states; `usual` when one does not, or the list is empty.
 template <typename Item>
-double greatest_stated(const std::vector<Item>& list, std::optional<double> Item::*sigma, double usual) {
+double max_stated(const std::vector<Item>& list, std::optional<double> Item::*sigma, double usual) {
   double greatest = 0;
   for (const Item& item : list) {
     if (!(item.*sigma)) {
@@ -85,11 +85,10 @@ RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription&
     errors.shift_mm = bounded(std::sqrt(known.shift_mm2 + poses.shift_mm2), usual.shift_mm);
     errors.turn_rad = bounded(std::sqrt(known.turn_rad2 + poses.turn_rad2), usual.turn_rad);
   }
-  errors.arc_length_mm =
-      greatest_stated(instrument.coils, &CoilPlacement::offset_sigma_mm, usual.arc_length_mm);
+  errors.arc_length_mm = max_stated(instrument.coils, &CoilPlacement::offset_sigma_mm, usual.arc_length_mm);
   errors.clock_s =
-      1e-3 * greatest_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms, 1e3 * usual.clock_s);
-  errors.magnification = greatest_stated(room.cameras, &CameraCalibration::focal_sigma, usual.magnification);
+      1e-3 * max_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms, 1e3 * usual.clock_s);
+  errors.magnification = max_stated(room.cameras, &CameraCalibration::focal_sigma, usual.magnification);
   return errors;
 }
 

@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<int, 3> kRoundDivisors = {1, 2,
                                                3};  // reach of each round's lines: image_search_px / this
 constexpr double kDoubtfulPullOfCoil = 2.4;         // chi^2, 5 degrees of freedom: see SingleFrameSolver
-constexpr double kGreatestPull = 8;
+constexpr double kMaxPull = 8;
 
 }  // namespace
 
@@ -59,12 +59,12 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
     return;
   }
   const double cost = map_.contradiction(coils, C_);
-  double most_saved = 1;  // of what makes it an outlier
+  double max_saved = 1;  // of what makes it an outlier
   int outlier = -1;
   for (int i = 0; i < coils.count; ++i) {
     CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     const double gain = gain_to_leave_out(settings_.coil_faults, coil.belief, settings_.sigma_position_mm);
-    if (!coil.used() || cost < most_saved * gain) {  // cheap way out: it cannot save so much
+    if (!coil.used() || cost < max_saved * gain) {  // cheap way out: it cannot save so much
       continue;
     }
     coil.state = CoilState::kOutlier;
@@ -72,8 +72,8 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
     if (map_.solve_linear(coils, C_without_)) {
       map_.refine(coils, {}, nullptr, settings_.iterations, C_without_, converged);
       const double saved = (cost - map_.contradiction(coils, C_without_)) / gain;
-      if (saved > most_saved) {
-        most_saved = saved;
+      if (saved > max_saved) {
+        max_saved = saved;
         outlier = i;
       }
     }
@@ -103,8 +103,7 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
           map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
     }
     if (!looked) {  // only lines of an earlier image: one round is all they can give
-      return pull_on(coils, coil_cost_before) > kGreatestPull ? ImageVerdict::kContradicts
-                                                              : ImageVerdict::kNone;
+      return pull_on(coils, coil_cost_before) > kMaxPull ? ImageVerdict::kContradicts : ImageVerdict::kNone;
     }
   }
   test_mirrored(observation, coils, views, estimate);
@@ -193,7 +192,7 @@ ImageVerdict SingleFrameSolver::judge_images(const CoilObservations& coils, doub
       (agreeing < kDoubtfulAgreeing && pull > kDoubtfulPullOfCoil)) {
     return ImageVerdict::kLost;
   }
-  return pull > kGreatestPull ? ImageVerdict::kContradicts : ImageVerdict::kShowsTube;
+  return pull > kMaxPull ? ImageVerdict::kContradicts : ImageVerdict::kShowsTube;
 }
 
 bool SingleFrameSolver::invert(const Observation& observation, const CoilObservations& coils,

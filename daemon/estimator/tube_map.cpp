@@ -259,21 +259,21 @@ bool TubeMap::solve_linear(const CoilObservations& coils, Eigen::Matrix3Xd& C) {
 }
 
 int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstraints> views,
-                    const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged) {
+                    const GaussianPrior* prior, int max_iterations, Eigen::Matrix3Xd& C, bool& converged) {
   converged = false;
   double damping = kFirstDamping;
   const Measurements measurements{coils, prior};
   prepare(views);
   linearise(measurements, C);
   cost_ = equations_.cost();
-  for (int iteration = 1; iteration <= most_iterations; ++iteration) {
+  for (int iteration = 1; iteration <= max_iterations; ++iteration) {
     if (!equations_.solve(damping, step_)) {
       damping = std::max(damping, 1e-4) * 10;
       continue;
     }
     trial_ = C + step_;
     const double longest = step_.colwise().norm().maxCoeff();
-    const bool is_last = longest < kConvergedStep_mm || iteration == most_iterations;
+    const bool is_last = longest < kConvergedStep_mm || iteration == max_iterations;
     double cost = 0;
     if (is_last) {  // nobody will ask for its derivatives
       cost = cost_at(measurements, trial_);
@@ -298,7 +298,7 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
       if (!is_last) linearise(measurements, C);
     }
   }
-  return most_iterations;
+  return max_iterations;
 }
 
 double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix3Xd& C) const {

@@ -109,7 +109,7 @@ class TubeMap {
   /// iterations made; `converged` is false when the last step was still longer than 0.05 mm at any
   /// coefficient.
   int refine(const CoilObservations& coils, std::span<const ViewConstraints> views,
-             const GaussianPrior* prior, int most_iterations, Eigen::Matrix3Xd& C, bool& converged);
+             const GaussianPrior* prior, int max_iterations, Eigen::Matrix3Xd& C, bool& converged);
 
   /// chi^2 of the shape that refine() found last, of everything: bending and strain as well.
   [[nodiscard]] double cost() const { return cost_; }

@@ -22,12 +22,12 @@ constexpr double kDriftAtFirst_mm_s = 3;   // 7 for a second would let a coil be
 constexpr double kDriftSpacing_mm = 63;    // tube to a node
 constexpr double kDriftLearnt_s = 0.5;     // over which it is learnt how fast it does so
 constexpr double kUnseenShare = 0.1;       // what is not known of a velocity: much when nothing was measured
-constexpr double kMostDrift = 4;           // of its variance, beside the usual
+constexpr double kMaxDrift = 4;            // of its variance, beside the usual
 
 }  // namespace
 
 int TubeMotion::column_count_of_motion(double length_mm) {
-  return 1 + std::clamp(1 + static_cast<int>(std::lround(length_mm / kDriftSpacing_mm)), 2, kMostNodes);
+  return 1 + std::clamp(1 + static_cast<int>(std::lround(length_mm / kDriftSpacing_mm)), 2, kMaxNodes);
 }
 
 TubeMotion::TubeMotion(const UniformCubicBSpline& spline, int column_count)
@@ -191,7 +191,7 @@ void TubeMotion::learn_drift(double interval_s, double least, const Eigen::Matri
   for (Eigen::Index k = 0; k < drift_count_; ++k) {
     const double seen =
         m.col(drift_ / 3 + k).squaredNorm() + kUnseenShare * P.diagonal().segment<3>(drift_ + 3 * k).sum();
-    drift[k] = std::clamp(drift[k] + share * (seen - drift[k]), least * kUsual, kMostDrift * kUsual);
+    drift[k] = std::clamp(drift[k] + share * (seen - drift[k]), least * kUsual, kMaxDrift * kUsual);
   }
 }
 

@@ -16,7 +16,7 @@ namespace tubed {
 /// other two mean nothing). Memory is taken in the constructor.
 class TubeMotion {
  public:
-  static constexpr int kMostNodes = 8;
+  static constexpr int kMaxNodes = 8;
   static constexpr double kUsualDrift_mm_s = 7;  ///< of a stretch of which nothing is known yet
 
   /// How fast the stretch around each node drifts: variance of its velocity, (mm/s)^2 an axis.
@@ -27,7 +27,7 @@ class TubeMotion {
     double operator[](Eigen::Index node) const { return values_[static_cast<std::size_t>(node)]; }
 
    private:
-    std::array<double, kMostNodes> values_{};
+    std::array<double, kMaxNodes> values_{};
   };
 
   /// How free the tube is to move otherwise than it is expected to.

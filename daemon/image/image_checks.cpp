@@ -167,8 +167,8 @@ ImageDoor::GreyRange ImageDoor::average(const ImageFrame& frame, ImageMeasuremen
   const float share = 1 / static_cast<float>(binning * binning);
   Pixel least = std::numeric_limits<Pixel>::max();
   Pixel greatest = 0;
-  std::uint32_t least_sum = std::numeric_limits<std::uint32_t>::max();
-  std::uint32_t greatest_sum = 0;
+  std::uint32_t min_sum = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t max_sum = 0;
   for (std::size_t row = 0; row < static_cast<std::size_t>(measurement.height); ++row) {
     std::fill(sums_.begin(), sums_.end(), 0U);
     for (std::size_t y = row * binning; y < (row + 1) * binning; ++y) {
@@ -184,12 +184,12 @@ ImageDoor::GreyRange ImageDoor::average(const ImageFrame& frame, ImageMeasuremen
       const auto first = sums_.begin() + static_cast<std::ptrdiff_t>(column * binning);
       const std::uint32_t sum = std::accumulate(first, first + binning_, 0U);
       measurement.grey[row * width + column] = share * static_cast<float>(sum);
-      least_sum = std::min(least_sum, sum);
-      greatest_sum = std::max(greatest_sum, sum);
+      min_sum = std::min(min_sum, sum);
+      max_sum = std::max(max_sum, sum);
     }
   }
-  measurement.darkest = share * static_cast<float>(least_sum);
-  measurement.brightest = share * static_cast<float>(greatest_sum);
+  measurement.darkest = share * static_cast<float>(min_sum);
+  measurement.brightest = share * static_cast<float>(max_sum);
   return {static_cast<float>(least), static_cast<float>(greatest)};
 }
 

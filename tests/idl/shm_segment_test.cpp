@@ -42,7 +42,7 @@ TEST(ShmSegment, MemoryThatTheWriterCouldTakeAwayLaterIsNotBelieved) {
 
 constexpr int kWriterSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE;
 
-std::string complaint_about(int descriptor, std::uint64_t max_bytes = kShmMostSegmentBytes) {
+std::string complaint_about(int descriptor, std::uint64_t max_bytes = kShmMaxSegmentBytes) {
   try {
     ShmSegment::adopt(descriptor, max_bytes);
   } catch (const ShmError& error) {

@@ -7,7 +7,7 @@ namespace tubed::second_aurora {
 
 namespace {
 
-constexpr std::size_t kMostPorts = 8;
+constexpr std::size_t kMaxPorts = 8;
 
 void check(const Tool& tool) {
   if (tool.coils < 1 || tool.coils > 2) {
@@ -17,7 +17,7 @@ void check(const Tool& tool) {
 }
 
 Settings checked_settings(const Settings& settings) {
-  if (settings.ports.empty() || settings.ports.size() > kMostPorts) {
+  if (settings.ports.empty() || settings.ports.size() > kMaxPorts) {
     throw std::invalid_argument("the second Aurora has 1 to 8 ports, not " +
                                 std::to_string(settings.ports.size()));
   }

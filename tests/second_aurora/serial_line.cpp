@@ -9,7 +9,7 @@ namespace tubed::second_aurora {
 namespace {
 
 constexpr std::size_t kPacketBytes = 62;
-constexpr double kMostNoisePerByte = 5;
+constexpr double kMaxNoisePerByte = 5;
 
 std::int64_t next_tick_ns(std::int64_t time_ns, std::int64_t period_ns) {
   const std::int64_t past_ns = ((time_ns % period_ns) + period_ns) % period_ns;
@@ -28,8 +28,8 @@ void Ear::hear(std::uint8_t byte, int sent_baud, int own_baud, Bytes& out) {
     out.push_back(byte);
     return;
   }
-  for (owed_bytes_ += std::min(kMostNoisePerByte, static_cast<double>(own_baud) / sent_baud);
-       owed_bytes_ >= 1; owed_bytes_ -= 1) {
+  for (owed_bytes_ += std::min(kMaxNoisePerByte, static_cast<double>(own_baud) / sent_baud); owed_bytes_ >= 1;
+       owed_bytes_ -= 1) {
     out.push_back(mischief_.noise());
   }
 }

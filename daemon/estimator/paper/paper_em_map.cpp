@@ -14,7 +14,7 @@ namespace tubed {
 
 namespace {
 
-constexpr int kMostIterations = 100;
+constexpr int kMaxIterations = 100;
 constexpr double kTolerance = 1e-8;          // of cost and parameters, relative
 constexpr double kDepthDifference_mm = 0.5;  // half the base of the depth step's difference quotients
 
@@ -180,7 +180,7 @@ ceres::Solver::Options solver_options() {
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   options.linear_solver_type = ceres::DENSE_QR;
   options.num_threads = 1;
-  options.max_num_iterations = kMostIterations;
+  options.max_num_iterations = kMaxIterations;
   options.function_tolerance = kTolerance;
   options.parameter_tolerance = kTolerance;
   options.logging_type = ceres::SILENT;

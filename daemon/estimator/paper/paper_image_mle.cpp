@@ -16,7 +16,7 @@ constexpr double kVertexSpacing_mm = 2.0;
 constexpr double kBandReach_px = 14.0;       // half width of Omega beyond the tube
 constexpr double kShortest_px_per_mm = 0.2;  // a tube that runs toward the source has no side to look to
 constexpr double kViewMargin_px = 3.0;
-constexpr int kFewestVertices = 10;  // in view; with fewer an image says nothing
+constexpr int kMinVertices = 10;  // in view; with fewer an image says nothing
 constexpr double kTransition_px = 0.7;
 constexpr std::array<int, 2> kStartDivisors = {1, 2};
 constexpr int kJudgingReach_px = 4;
@@ -24,7 +24,7 @@ constexpr int kJudgingReach_px = 4;
 constexpr double kPriorReach_mm = 50.0;
 constexpr double kPriorSigmas = 1.5;  // of the coils' position, and what cubics between them miss
 constexpr std::array<double, 3> kWiderFactors = {4, 2, 1};  // of epsilon, in turn
-constexpr int kMostSteps = 20;                              // of one search
+constexpr int kMaxSteps = 20;                               // of one search
 constexpr double kConverged_mm = 0.01;
 constexpr double kNegligibleGain = 0.01;  // of the tempered log-likelihood: 0.5 is one standard deviation
 constexpr double kNothingHeld = 1e-6;  // per mm^2: keeps matrices definite where no pixel and no prior holds
@@ -116,7 +116,7 @@ bool PaperImageMle::start_on_lines(const ImageMeasurement& image, const Eigen::M
                                    Eigen::Matrix3Xd& K) {
   project(K);
   const int count = static_cast<int>(path_.size());
-  if (prepare_lines() < kFewestVertices ||
+  if (prepare_lines() < kMinVertices ||
       search_.search(image, lines_, count, reach_px, kTransition_px).inlier_ratio < kMinAgreeing) {
     return false;
   }
@@ -201,7 +201,7 @@ PaperImageMle::Quadratic PaperImageMle::expand(const Eigen::Matrix3Xd& K, const 
 int PaperImageMle::climb(const Eigen::Matrix3Xd& K_em, double epsilon_px, Eigen::Matrix3Xd& K) {
   double damping = 1e-3;
   Quadratic here = expand(K, K_em, epsilon_px, true);
-  for (int step = 1; step <= kMostSteps; ++step) {
+  for (int step = 1; step <= kMaxSteps; ++step) {
     Eigen::MatrixXd matrix = here.matrix + mle_prior_;
     matrix.diagonal() = matrix.diagonal() * (1 + damping);
     const Eigen::VectorXd move = solve_ldlt(matrix, -here.gradient);
@@ -218,7 +218,7 @@ int PaperImageMle::climb(const Eigen::Matrix3Xd& K_em, double epsilon_px, Eigen:
       damping *= 5;
     }
   }
-  return kMostSteps;
+  return kMaxSteps;
 }
 
 PaperMleOutcome PaperImageMle::search(const ImageMeasurement& image, const Eigen::Matrix3Xd& K_em, bool first,
@@ -227,7 +227,7 @@ PaperMleOutcome PaperImageMle::search(const ImageMeasurement& image, const Eigen
   project(K);
   const int in_view = prepare_lines();
   outcome.in_view_ratio = static_cast<double>(in_view) / static_cast<double>(path_.size());
-  if (in_view < kFewestVertices) return outcome;
+  if (in_view < kMinVertices) return outcome;
   if (first && settings_.paper.mle_start == PaperMleStart::kLines) {
     for (const int divisor : kStartDivisors) {
       const int reach =

@@ -29,7 +29,7 @@ Eigen::Matrix3Xd arch() {
 
 struct Distances {
   double rms_mm = 0;
-  double greatest_mm = 0;
+  double max_mm = 0;
 };
 
 /// Of one curve's points from the other curve.
@@ -38,7 +38,7 @@ Distances distances(const Eigen::Matrix3Xd& from_mm, const Eigen::Matrix3Xd& to_
   for (const auto& p_mm : from_mm.colwise()) {
     const double off_mm = (p_mm - closest_point_on(to_mm, p_mm)).norm();
     result.rms_mm += off_mm * off_mm;
-    result.greatest_mm = std::max(result.greatest_mm, off_mm);
+    result.max_mm = std::max(result.max_mm, off_mm);
   }
   result.rms_mm = std::sqrt(result.rms_mm / static_cast<double>(from_mm.cols()));
   return result;
@@ -52,8 +52,8 @@ TEST(CtSegmentation, FindsTheCentrelineToAFractionOfAVoxel) {
     // A voxel alone would place a point to voxel / sqrt(12) an axis, 0.2 mm across; a slab has a hundred of
     // them.
     EXPECT_LT(distances(judged_mm, truth_mm).rms_mm, kVoxel_mm / 10) << seed;
-    EXPECT_LT(distances(judged_mm, truth_mm).greatest_mm, kVoxel_mm / 2) << seed;
-    EXPECT_LT(distances(truth_mm.leftCols(275), found.p_world_mm).greatest_mm, kVoxel_mm / 2) << seed;
+    EXPECT_LT(distances(judged_mm, truth_mm).max_mm, kVoxel_mm / 2) << seed;
+    EXPECT_LT(distances(truth_mm.leftCols(275), found.p_world_mm).max_mm, kVoxel_mm / 2) << seed;
   }
 }
 

@@ -80,7 +80,7 @@ TEST(PivotCalibration, ATipBesideTheAxisOfA5DofProbeShowsInTheResidual) {
   const JudgedPivot judged =
       calibrate_pivot(movement.poses(random, ProbeFreedom::kFive), ProbeFreedom::kFive);
 
-  EXPECT_NEAR(judged.pivot.most_beside_axis_mm(), 3, 0.1);
+  EXPECT_NEAR(judged.pivot.max_beside_axis_mm(), 3, 0.1);
   EXPECT_EQ(worst(judged.findings), ReportVerdict::kDoubtful);
   EXPECT_NE(words_of(judged).find("beside the axis"), std::string::npos);
 }

@@ -16,7 +16,7 @@ constexpr int kPush_ms = 2000;
 constexpr int kEnd_ms = 4000;
 
 struct Outcome {
-  double greatest_mm = 0;  ///< of the shape from the arc, over the last second
+  double max_mm = 0;  ///< of the shape from the arc, over the last second
   std::map<Validity, int> validities;
   Reasons reasons_of_last;
   double sigma_mm = 0;  ///< of the last tip
@@ -61,7 +61,7 @@ Outcome run(MovingGenerator generator, const RoomDescription& room, const Spoil&
     for (std::size_t i = 0; i < estimate.point_count; ++i) {
       const double s_mm = 380.0 * static_cast<double>(i) / (kMaxCentrelinePoints - 1);
       const Eigen::Vector3d p_mm = Eigen::Map<const Eigen::Vector3d>(estimate.points[i].p_world_mm.data());
-      found.greatest_mm = std::max(found.greatest_mm, (p_mm - arc_point(s_mm)).norm());
+      found.max_mm = std::max(found.max_mm, (p_mm - arc_point(s_mm)).norm());
     }
   });
   return found;
@@ -72,7 +72,7 @@ TEST(MovingGeneratorOffline, WithoutAReferenceTheShapeIsWrongByTheMovement) {
   RoomDescription room = generator.room;
   room.reference.reset();
   const Outcome found = run(generator, room);
-  EXPECT_GT(found.greatest_mm, 15);
+  EXPECT_GT(found.max_mm, 15);
   EXPECT_EQ(found.validities.size(), 1U) << "and nothing says so";
 }
 
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(SensorOrCoils, MovingGeneratorWithAReference, testing::
 
 TEST_P(MovingGeneratorWithAReference, TheShapeStaysWithThePatient) {
   const Outcome found = run(generator, generator.room);
-  EXPECT_LT(found.greatest_mm, 1.5);
+  EXPECT_LT(found.max_mm, 1.5);
   EXPECT_EQ(found.at_ms.at(kPush_ms - 500), Validity::kValid);
   EXPECT_EQ(found.at_ms.at(kPush_ms), Validity::kQuestionable);
   EXPECT_TRUE(found.says_lost_at_ms.at(kPush_ms));
@@ -102,7 +102,7 @@ TEST_P(MovingGeneratorWithAReference, WithoutItEachShapeSaysSoAndAfterTheTimeout
   for (int ms = 1525; ms <= 2000; ms += kPeriod_ms) EXPECT_EQ(found.at_ms.at(ms), Validity::kInvalid) << ms;
   for (int ms = 1025; ms <= 2025; ms += kPeriod_ms) EXPECT_TRUE(found.says_lost_at_ms.at(ms)) << ms;
   EXPECT_EQ(found.at_ms.at(2050), Validity::kValid) << "two measurements after it is back";
-  EXPECT_LT(found.greatest_mm, 1.5) << "and the generator was moved in the meantime";
+  EXPECT_LT(found.max_mm, 1.5) << "and the generator was moved in the meantime";
 }
 
 TEST_P(MovingGeneratorWithAReference, WhatIsNotKnownOfItIsInTheCovariance) {

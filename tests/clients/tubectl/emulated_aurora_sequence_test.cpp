@@ -176,7 +176,7 @@ std::vector<TubeEstimate> estimates_of(const Sequence& sequence, EstimatorMode m
   return all;
 }
 
-double greatest_distance_mm(const TubeEstimate& a, const TubeEstimate& b) {
+double max_distance_mm(const TubeEstimate& a, const TubeEstimate& b) {
   double greatest = a.point_count == b.point_count ? 0 : std::nan("");
   for (std::size_t i = 0; i < a.point_count; ++i) {
     const Eigen::Vector3d apart = Eigen::Map<const Eigen::Vector3d>(a.points[i].p_world_mm.data()) -
@@ -238,7 +238,7 @@ void judge(const Encoding& encoding) {
     std::vector<double> apart_mm;
     for (std::size_t i = 0; i < from_folder.size(); ++i) {
       EXPECT_EQ(from_folder[i].validity, from_tracker[i].validity) << name_of(mode) << " instant " << i;
-      apart_mm.push_back(greatest_distance_mm(from_folder[i], from_tracker[i]));
+      apart_mm.push_back(max_distance_mm(from_folder[i], from_tracker[i]));
     }
     std::sort(apart_mm.begin(), apart_mm.end());
     ASSERT_GT(apart_mm.size(), 20U);

@@ -130,7 +130,7 @@ const TubeRun& run_of(FrangiArea kind, Feeding feeding) {
   return found->second;
 }
 
-double greatest_distance_mm(const TubeEstimate& a, const TubeEstimate& b) {
+double max_distance_mm(const TubeEstimate& a, const TubeEstimate& b) {
   if (a.point_count != b.point_count) return std::numeric_limits<double>::infinity();
   double greatest = 0;
   for (std::size_t i = 0; i < a.point_count; ++i) {
@@ -142,10 +142,10 @@ double greatest_distance_mm(const TubeEstimate& a, const TubeEstimate& b) {
 }
 
 /// Greatest over the images.
-double greatest_distance_mm(const TubeRun& a, const TubeRun& b) {
+double max_distance_mm(const TubeRun& a, const TubeRun& b) {
   double greatest = 0;
   for (std::size_t i = 0; i < a.estimates.size(); ++i) {
-    greatest = std::max(greatest, greatest_distance_mm(a.estimates[i], b.estimates[i]));
+    greatest = std::max(greatest, max_distance_mm(a.estimates[i], b.estimates[i]));
     EXPECT_EQ(a.estimates[i].validity, b.estimates[i].validity) << "image " << i;
     EXPECT_EQ(a.estimates[i].reasons.bits(), b.estimates[i].reasons.bits()) << "image " << i;
   }
@@ -168,7 +168,7 @@ double across_view_mm(const TubeRun& of, int image) {
 TEST(AreaPrediction, BandsGiveTheEstimatesOfWholeImagesThroughASnapAndALoss) {
   const TubeRun& band = run_of(FrangiArea::kBand, Feeding::kPredicted);
   const TubeRun& whole = run_of(FrangiArea::kBand, Feeding::kWhole);
-  EXPECT_EQ(greatest_distance_mm(band, whole), 0) << "bit by bit: pixels do not depend on the band";
+  EXPECT_EQ(max_distance_mm(band, whole), 0) << "bit by bit: pixels do not depend on the band";
   // The sequence is what it says: lost while there is no tube, on it before, and found again after both.
   EXPECT_TRUE(band.estimates[kGoneFrom].reasons.has(Reason::kImageLostTube));
   EXPECT_EQ(band.estimates[kSnapAt - 2].validity, Validity::kValid);
@@ -196,7 +196,7 @@ TEST(AreaPrediction, BandsAndFramesWithTheirOwnStructurenessAgreeWithinATenthOfA
   for (int image = 0; image < kImages; ++image) {
     const auto i = static_cast<std::size_t>(image);
     const double tolerance_mm = image < kGoneFrom ? 0.1 : (image < kGoneTo + 3 ? 1.0 : 0.4);
-    EXPECT_LT(greatest_distance_mm(band.estimates[i], frame.estimates[i]), tolerance_mm) << "image " << i;
+    EXPECT_LT(max_distance_mm(band.estimates[i], frame.estimates[i]), tolerance_mm) << "image " << i;
     EXPECT_EQ(band.estimates[i].validity, frame.estimates[i].validity) << "image " << i;
   }
 }
@@ -204,7 +204,7 @@ TEST(AreaPrediction, BandsAndFramesWithTheirOwnStructurenessAgreeWithinATenthOfA
 TEST(AreaPrediction, AWrongBandCostsTimeAndNothingElse) {
   const TubeRun& wrong = run_of(FrangiArea::kBand, Feeding::kWrong);
   const TubeRun& whole = run_of(FrangiArea::kBand, Feeding::kWhole);
-  EXPECT_EQ(greatest_distance_mm(wrong, whole), 0);
+  EXPECT_EQ(max_distance_mm(wrong, whole), 0);
   EXPECT_EQ(wrong.completed, static_cast<std::uint64_t>(kImages))
       << "each image was measured where it was read";
 }

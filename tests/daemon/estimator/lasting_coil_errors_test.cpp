@@ -34,17 +34,17 @@ TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
       bench.measure_times(2 * kSecond);
       int used = 0;
       int doubtless = 0;
-      double greatest_mm = 0;
+      double max_mm = 0;
       for (int i = 0; i < 12 * kSecond; ++i) {
         bench.measure(0, 2);
-        greatest_mm = std::max(greatest_mm, bench.rms_mm());
+        max_mm = std::max(max_mm, bench.rms_mm());
         if (i < kNoticed) continue;
         used += bench.estimate->coils[2].state == CoilState::kUsed ? 1 : 0;
         doubtless += bench.estimate->validity == Validity::kQuestionable ? 0 : 1;
       }
       EXPECT_EQ(used, 0) << outlier_mm << " mm" << (with_images ? ", images" : "");
       EXPECT_EQ(doubtless, 0) << outlier_mm << " mm" << (with_images ? ", images" : "");
-      EXPECT_LT(greatest_mm, 3) << outlier_mm << " mm" << (with_images ? ", images" : "");
+      EXPECT_LT(max_mm, 3) << outlier_mm << " mm" << (with_images ? ", images" : "");
     }
   }
 }

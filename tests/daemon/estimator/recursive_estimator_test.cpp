@@ -81,7 +81,7 @@ std::vector<Eigen::Vector3d> shape_with_images(milliseconds late, bool ticks) {
   return points;
 }
 
-double greatest_distance_mm(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+double max_distance_mm(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
   double greatest = a.size() == b.size() && !a.empty() ? 0 : 1e9;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
     greatest = std::max(greatest, (a[i] - b[i]).norm());
@@ -92,14 +92,14 @@ double greatest_distance_mm(const std::vector<Eigen::Vector3d>& a, const std::ve
 // What the daemon finds live, with the latency of images and ticks between them, is what is found offline.
 TEST(RecursiveEstimator, ALateImageGivesTheShapeOfItsOwnTime) {
   const auto in_time = shape_with_images(milliseconds(0), false);
-  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(50), true), in_time), 1e-3);
-  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(100), true), in_time), 1e-3);
+  EXPECT_LT(max_distance_mm(shape_with_images(milliseconds(50), true), in_time), 1e-3);
+  EXPECT_LT(max_distance_mm(shape_with_images(milliseconds(100), true), in_time), 1e-3);
 }
 
 TEST(RecursiveEstimator, ATickLeavesNoTrace) {
-  EXPECT_LT(greatest_distance_mm(shape_with_images(milliseconds(0), true),
-                                 shape_with_images(milliseconds(0), false)),
-            1e-3);
+  EXPECT_LT(
+      max_distance_mm(shape_with_images(milliseconds(0), true), shape_with_images(milliseconds(0), false)),
+      1e-3);
 }
 
 TEST(RecursiveEstimator, AfterASecondOfSilenceItBeginsAgain) {
@@ -160,14 +160,14 @@ TEST(RecursiveEstimator, NoiseThatTurnsOutToBeAllOfTheErrorIsAveragedOn) {
   bench.with_images = false;
   const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
   bench.measure();
-  float least_mm2 = variance_mm2();
-  const float first_mm2 = least_mm2;
+  float min_mm2 = variance_mm2();
+  const float first_mm2 = min_mm2;
   for (int i = 1; i < 40; ++i) {
     bench.measure();
-    ASSERT_LT(variance_mm2(), 1.3F * least_mm2) << "measurement " << i;
-    least_mm2 = std::min(least_mm2, variance_mm2());
+    ASSERT_LT(variance_mm2(), 1.3F * min_mm2) << "measurement " << i;
+    min_mm2 = std::min(min_mm2, variance_mm2());
   }
-  EXPECT_LT(least_mm2, first_mm2 / 4);
+  EXPECT_LT(min_mm2, first_mm2 / 4);
 }
 
 TEST(RecursiveEstimator, ErrorsThatTurnOutToStayAreNotAveraged) {

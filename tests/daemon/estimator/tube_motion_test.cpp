@@ -18,7 +18,7 @@ Eigen::Vector3d circle(double s_mm) {
 /// Nothing but what is known of its speed and of its drift moves the tube.
 TubeMotion::Freedom held() {
   TubeMotion::Freedom freedom{1e-12, {}};
-  for (Eigen::Index node = 0; node < TubeMotion::kMostNodes; ++node) {
+  for (Eigen::Index node = 0; node < TubeMotion::kMaxNodes; ++node) {
     freedom.drift[node] = 1e-12;
   }
   return freedom;

@@ -103,17 +103,17 @@ TEST_F(ViewWatchTest, AVerySlowPanIsNoticedBeforeItHasGoneTwoMillimetres) {
 
 TEST_F(ViewWatchTest, ADeeperBreathIsLearntOnceItHasComeBack) {
   const std::size_t keys = watch_.key_count();
-  double least_share = 1;
+  double min_share = 1;
   for (int i = 0; i < 240; ++i) {
     Shot shot;
     shot.breath_mm = 11 * (0.5 - 0.5 * std::cos(2 * 3.14159265 * fluoroscope_.time_s() / 4.0));
     watch_.observe(fluoroscope_.take(shot));
     ASSERT_EQ(watch_.newest().state, ViewState::kStill)
         << "image " << i << ", S " << watch_.newest().still_share;
-    if (i >= 180) least_share = std::min(least_share, watch_.newest().still_share);
+    if (i >= 180) min_share = std::min(min_share, watch_.newest().still_share);
   }
   EXPECT_GT(watch_.key_count(), keys);
-  EXPECT_GE(least_share, 0.6) << "after three breaths";
+  EXPECT_GE(min_share, 0.6) << "after three breaths";
 }
 
 // As many blocks would do for a phase of the breath that comes slowly.

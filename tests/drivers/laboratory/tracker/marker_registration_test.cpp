@@ -27,13 +27,13 @@ EmErrors field_of(double warp_mm, std::int64_t seed) {
 /// Residuals of all draws, and the greatest of each.
 struct Residuals {
   std::vector<double> all_mm;
-  std::vector<double> greatest_mm;
+  std::vector<double> max_mm;
 
   explicit Residuals(double warp_mm) {
     for (int seed = 0; seed < kDraws; ++seed) {
       const auto drawn = register_markers({}, some_place(), field_of(warp_mm, seed), seed).residual_mm;
       all_mm.insert(all_mm.end(), drawn.begin(), drawn.end());
-      greatest_mm.push_back(*std::max_element(drawn.begin(), drawn.end()));
+      max_mm.push_back(*std::max_element(drawn.begin(), drawn.end()));
     }
   }
   [[nodiscard]] double mean_mm() const {
@@ -45,8 +45,8 @@ struct Residuals {
   }
   [[nodiscard]] double deviation_mm() const { return std::sqrt(mean_square_mm2() - mean_mm() * mean_mm()); }
   [[nodiscard]] double share_beyond(double limit_mm) const {
-    const auto beyond = std::count_if(greatest_mm.begin(), greatest_mm.end(),
-                                      [=](double greatest) { return greatest > limit_mm; });
+    const auto beyond =
+        std::count_if(max_mm.begin(), max_mm.end(), [=](double greatest) { return greatest > limit_mm; });
     return static_cast<double>(beyond) / kDraws;
   }
 };
