@@ -1,6 +1,7 @@
 # For a build from nothing that is used once, as `./run demo` is on a bare machine: the files of a library are compiled several at a
 # time, so that what their headers instantiate (Eigen above all) is compiled once for all of them. After a change it takes longer.
-# A file that lacks an #include which another one of its group has is found by the test `includes`.
+# A file that lacks an #include which another one of its group has is found by the test `includes`, a library that lacks another one
+# by the test `links`.
 #
 # Files that are compiled together share their unnamed namespaces: those that define the same name go to different groups. The names
 # are looked for where the format puts them, at the beginning of a line. A file that defines macros, or includes
