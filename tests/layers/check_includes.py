@@ -7,8 +7,8 @@ another one has. This check reads the sources only: some seconds instead of a se
   check_includes.py [ROOT]       prints one line a missing #include (file:line: name, header) and exits 1, or 0 when there is none
   check_includes.py --self-test  makes a small tree with known omissions and demands that exactly these are reported
 
-Types, enumerations, aliases and constants at namespace scope are looked for; functions are not: their names are members' and local
-variables' as well.
+Types, enumerations, aliases and constants at namespace scope are looked for, and what stands in the unnamed namespace of one .cpp
+file or is taken over there by "using std::chrono::seconds;" while another one uses it.
 """
 import functools
 import re
@@ -29,6 +29,14 @@ DECLARED = re.compile(r"\b(?:class|struct|union|enum|using|typename)\s+(?:class\
 # Also: what a macro of GoogleTest or Google Benchmark makes of its first argument is no use of a type.
 LITERALS = re.compile(r'#include <[^>]*>|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/'
                       r"|\b(?:TEST|TEST_F|TEST_P|RC_GTEST_PROP|BENCHMARK|INSTANTIATE_TEST_SUITE_P)\(\s*\w+", re.DOTALL)
+# What other .cpp files do not see, at the beginning of a line: "using std::chrono::seconds;", functions and variables.
+TAKEN_OVER = re.compile(r"^\s*using\s+(?:[a-z]\w*::)+(\w+);", re.MULTILINE)
+OF_FILE = re.compile(r"^(?!using |return |namespace |#)(?:[\w:<>,]+[ *&]+)+(\w+)(?=\(|\{|;|\[| =)", re.MULTILINE)
+# Everything that may be a declaration: a name behind a type, in brackets (structured bindings), or initialised in a capture.
+BEHIND_TYPE = re.compile(r"([\w>&*\]]+)\s+[*&]*(\w+)\s*(?=[({=;,)\[:])|[\w>][*&]+\s*(\w+)\b|[\[,]\s*(\w+)(?=[\],])|[\[,(]\s*&?(\w+) = ")
+NO_TYPE = {"return", "else", "new", "throw", "case", "delete", "operator", "and", "or", "not", "co_return"}
+OF_THE_SYSTEM = {"connect", "listen"}  # functions of <sys/socket.h>
+PLAIN_USE = re.compile(r"(?<![\w.:])(?<!->)(?:([A-Za-z]\w*)(?=\(|\{)|(k[A-Z]\w*)\b)")
 FORWARD = re.compile(r"\b(?:class|struct|union|enum|enum class)\s+(\w+)\s*;")
 USE = re.compile(r"(?<![\w.:])(?<!->)((?:[a-z]\w*::)*)([A-Z]\w+|k[A-Z]\w*)\b(::)?")
 
@@ -76,6 +84,40 @@ class Sources:
         text = self.files[name][1]
         return {a or b for a, b in DECLARED.findall(FORWARD.sub("", text))}, set(FORWARD.findall(text))
 
+    @functools.cache
+    def may_declare(self, name):
+        """All names that this file may declare anywhere."""
+        text = self.files[name][1]
+        names = set(TAKEN_OVER.findall(text))
+        for before, behind, *others in BEHIND_TYPE.findall(text):
+            names.update({behind} if before not in NO_TYPE else set(), others)
+        return names
+
+    @functools.cache
+    def own(self, name):
+        """What a .cpp file defines for itself, or takes over."""
+        text = self.files[name][1]
+        return {*TAKEN_OVER.findall(text), *OF_FILE.findall(text), *TYPE.findall(text), *CONSTANT.findall(text)}
+
+    def borrowed(self, name):
+        """(line, name used, files beside this one that define it for themselves), the first use of each."""
+        folder = Path(name).parent
+        owners = {}
+        for other in self.files:
+            if other != name and other.endswith(".cpp") and Path(other).parent == folder:
+                for owned in self.own(other):
+                    owners.setdefault(owned, []).append(other)
+        text = self.files[name][1]
+        reached = self.reached(name)
+        told = set()
+        for use in PLAIN_USE.finditer(text):
+            used = use[1] or use[2]
+            if used not in owners or used in told or used in self.headers_of or used in OF_THE_SYSTEM:
+                continue
+            told.add(used)
+            if not any(used in self.may_declare(file) or used in self.declared(file)[0] for file in reached):
+                yield text.count("\n", 0, use.start()) + 1, used, owners[used]
+
     def missing(self, name):
         """(line, name used, headers that would do), the first use of each."""
         reached = self.reached(name)
@@ -100,6 +142,8 @@ def check(root):
         if name.endswith(".cpp") and not name.startswith(FOREIGN):
             for line, used, headers in sources.missing(name):
                 complaints.append(f"{name}:{line}: {used} is used, and {' or '.join(headers)} is not included")
+            for line, used, files in sources.borrowed(name):
+                complaints.append(f"{name}:{line}: {used} is used, which {min(files)} has for itself")
     return len(sources.files), complaints
 
 
@@ -117,6 +161,9 @@ def self_test():
         "idl/announced.hpp": "#pragma once\nclass Tube;\nint g(const Tube& tube);\n",
         "daemon/passes_on.cpp": '#include "idl/announced.hpp"\nint f(const Tube& tube) { return g(tube); }\n',
         "daemon/looks_in.cpp": '#include "idl/announced.hpp"\nint f() { return Tube::kMax; }\n',
+        "daemon/image/has.cpp": "using std::chrono::seconds;\nnamespace {\nint half(int x) { return x / 2; }\nconstexpr int kOwn = 1;\n}\n",
+        "daemon/image/borrows.cpp": "int f(int x) {\n  g(seconds(1));\n  return half(x) + kOwn;\n}\n",
+        "daemon/image/has_its_own.cpp": "int f(int half) {\n  const int kOwn = half(2);\n  g(std::chrono::seconds(1), other.half(3));\n  return kOwn;\n}\n",
         "tests/idl/tube_test.cpp": '#include "idl/coil.hpp"\nTEST(Tube, IsLong) { Coil c; Tube t; }\n',
     }
     with tempfile.TemporaryDirectory() as root:
@@ -124,7 +171,8 @@ def self_test():
             (Path(root) / name).parent.mkdir(parents=True, exist_ok=True)
             (Path(root) / name).write_text(text)
         found = [complaint.split(" is used")[0] for complaint in check(root)[1]]
-    wanted = ["daemon/lacks.cpp:2: Coil", "daemon/lacks.cpp:3: kMaxCoils", "daemon/looks_in.cpp:2: Tube", "daemon/other_scope.cpp:1: Tube",
+    wanted = ["daemon/image/borrows.cpp:2: seconds", "daemon/image/borrows.cpp:3: half", "daemon/image/borrows.cpp:3: kOwn",
+              "daemon/lacks.cpp:2: Coil", "daemon/lacks.cpp:3: kMaxCoils", "daemon/looks_in.cpp:2: Tube", "daemon/other_scope.cpp:1: Tube",
               "tests/idl/tube_test.cpp:2: Tube"]
     if sorted(found) != wanted:
         print(f"found {sorted(found)}\nexpected {wanted}")
