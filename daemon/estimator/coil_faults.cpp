@@ -7,10 +7,6 @@
 
 namespace tubed {
 
-CoilInnovations::CoilInnovations(int max_coils)
-    : innovation_mm(Eigen::VectorXd::Zero(3 * max_coils)),
-      covariance_mm2(Eigen::MatrixXd::Zero(3 * max_coils, 3 * max_coils)) {}
-
 CoilFaults::CoilFaults(const CoilFaultModel& model, int max_coils)
     : model_(model), cholesky_(Eigen::MatrixXd::Zero(3 * max_coils, 3 * max_coils)) {}
 

@@ -6,17 +6,9 @@
 #include <cstdint>
 
 #include "daemon/estimator/coil_fault_model.hpp"
+#include "daemon/estimator/coil_innovations.hpp"
 
 namespace tubed {
-
-/// How far the coils of one measurement are off their prediction, and how far they may be.
-struct CoilInnovations {
-  explicit CoilInnovations(int max_coils);
-  int count = 0;                      ///< coils that say something; of the rest nothing is read
-  std::array<int, kMaxCoils> coil{};  ///< their indices
-  Eigen::VectorXd innovation_mm;      ///< 3 a coil, world frame
-  Eigen::MatrixXd covariance_mm2;     ///< 3 x 3 a pair of coils, noise included
-};
 
 /// Belief of each coil as a chain of two states, right or wrong. A measurement is judged by the joint
 /// innovation of all its coils under every subset of wrong ones: right coils N(0, S), wrong ones N(0, S +

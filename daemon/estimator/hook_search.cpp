@@ -1,4 +1,5 @@
 #include "daemon/estimator/hook_search.hpp"
+#include "daemon/estimator/strain_slack.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -16,8 +17,7 @@ constexpr int kLineIterations = 4;
 // circle or so, is no hook. Of the variance of its curvature.
 constexpr double kBendable_mm = 50;
 constexpr double kBendableBySo = 6;
-constexpr float kShowsTube = 0.5F;    // share of lines that agree
-constexpr double kStrainSlack = 4.5;  // as in RecursiveEstimator
+constexpr float kShowsTube = 0.5F;  // share of lines that agree
 
 }  // namespace
 

@@ -1,189 +1,163 @@
 #include "daemon/estimator/recursive_estimator.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "daemon/estimator/agreement_words.hpp"
 #include "daemon/estimator/loose_tip.hpp"
 #include "daemon/estimator/report.hpp"
+#include "daemon/estimator/strain_slack.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr double kNegligibleShare = 0.25;  // of the variance of coils' errors, that stays
-constexpr int kUpdateIterations = 3;
 constexpr std::size_t kMaxEmFrames = 16;  // a longer gap is bridged by the newest ones
+constexpr double kBendingWithoutImages_s = 0.2;
+constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 
 }  // namespace
-
-RecursiveEstimator::State::State(int column_count, Eigen::Index bending_node_count,
-                                 const EstimatorSettings& settings)
-    : C(Eigen::Matrix3Xd::Zero(3, column_count)),
-      m(C),
-      P(Eigen::MatrixXd::Identity(C.size(), C.size())),
-      noise(settings),
-      error_scale(settings),
-      beliefs(beliefs_at_first(settings.coil_faults)),
-      bending(Eigen::VectorXd::Ones(bending_node_count)),
-      rival(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)) {}
 
 RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
                                        const InstrumentDescription& instrument, const RoomDescription& room)
     : settings_(settings),
       instrument_(instrument),
-      T_world_em_(room.T_world_em),
-      registered_(room.registered),
-      has_cameras_(!room.cameras.empty()),
-      cameras_(room.cameras),
+      room_(room),
       start_(settings, instrument.length_mm),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()),
            TubeMotion::column_count_of_motion(instrument.length_mm)),
-      image_map_(settings, instrument.length_mm),
+      prior_{
+          Eigen::MatrixXd::Zero(3 * Eigen::Index{map_.column_count()}, 3 * Eigen::Index{map_.column_count()}),
+          Eigen::Matrix3Xd::Zero(3, map_.column_count())},
       views_(settings, instrument, room),
-      second_look_(settings, instrument, room),
-      second_opinion_(std::make_unique<TubeEstimate>()),
-      motion_(map_.spline(), map_.column_count()),
+      motion_(map_, instrument_),
+      em_update_(settings, map_, static_cast<int>(instrument.coils.size())),
+      image_update_(settings, instrument.length_mm, map_.column_count(), views_),
+      judge_(settings, instrument, room, start_),
       learnt_bending_(map_.bending_node_count(), map_.spline().spacing_mm()),
-      mirror_test_(settings.coefficient_count),
-      coil_update_(static_cast<int>(instrument.coils.size()), map_.column_count()),
-      coil_faults_(settings.coil_faults, static_cast<int>(instrument.coils.size())),
-      innovations_(static_cast<int>(instrument.coils.size())),
-      state_(map_.column_count(), map_.bending_node_count(), settings),
+      state_(map_, settings, static_cast<int>(instrument.coils.size())),
       before_update_(state_),
-      past_{state_, state_, state_, state_, state_, state_, state_, state_},
-      prior_{state_.P, state_.C},
-      coefficients_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
-      coefficient_prior_{Eigen::MatrixXd::Zero(coefficients_.size(), coefficients_.size()), coefficients_},
-      coefficient_cholesky_(coefficients_.size()),
-      following_(Eigen::MatrixXd::Zero(state_.P.rows() - coefficients_.size(), coefficients_.size())),
-      following_covariance_(following_),
-      C_before_(state_.C),
-      shape_(state_.C),
-      scratch_(state_.P),
-      departure_(Eigen::VectorXd::Zero(coefficients_.size())),
-      information_times_departure_(departure_),
-      agreement_(room_errors(room, instrument), instrument, static_cast<int>(room.cameras.size())) {
-  image_map_.set_strain_slack(kStrainSlack);
-}
+      past_(state_),
+      shape_{state_.tube.C},
+      agreement_(room_errors(room, instrument), instrument, static_cast<int>(room.cameras.size())) {}
 
 void RecursiveEstimator::reset() noexcept {
   views_.forget();
   lost_tube_.forget();
   agreement_.reset();
-  state_.noise.reset();
-  state_.error_scale.reset();
-  state_.doubted = {};
-  state_.beliefs = beliefs_at_first(settings_.coil_faults);
-  state_.confirmed = MonotonicTime{};
-  state_.usual = UsualSurprise{};
-  state_.is_ambiguous = false;
+  state_.errors.reset();
+  state_.gate.reset();
+  state_.freedom.forget_surprises();
+  state_.images.confirmed = MonotonicTime{};
+  state_.images.is_ambiguous = false;
   state_.begun = false;
   state_.newest_em = MonotonicTime{};
-  for (State& past : past_) {
-    past.begun = false;
-  }
-  covariance_ = nullptr;
+  past_.forget();
+  shape_.covariance = nullptr;
 }
 
 void RecursiveEstimator::set_rest(RestHook* hook) noexcept {
   rest_ = hook;
   start_.set_rest(hook);
   map_.set_rest(hook);
-  image_map_.set_rest(hook);
+  image_update_.set_rest(hook);
+}
+
+// An estimate that images or coils speak against may have to be begun again somewhere else.
+ImageNeed RecursiveEstimator::image_need() const noexcept {
+  const bool trusted = state_.begun && state_.images.without_tube == 0 && !state_.doubt.any() &&
+                       shape_.images != ImageVerdict::kLost;
+  return {trusted ? ImageNeed::Kind::kAroundTube : ImageNeed::Kind::kWhole, ImageUpdate::kFirstReach_px,
+          TubeViews::kBeyondTip_px};
 }
 
 bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noexcept {
   if (!agreement_.disagree() || agreement_.verdict().explanation == Discord::kNone) {
     return false;
   }
-  write_disagreement(agreement_.verdict(), instrument_, cameras_, words);
+  write_disagreement(agreement_.verdict(), instrument_, room_.cameras, words);
   return true;
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
-  CoilObservations coils = observe_coils(frame, history, instrument_, T_world_em_,
+  CoilObservations coils = observe_coils(frame, history, instrument_, room_.T_world_em,
                                          static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
-  const bool snapped = most_are_out();  // then the shape is what is wrong
-  for (int i = 0; i < coils.count; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const DoubtedCoil& doubted = state_.doubted[index];
-    const bool is_doubtful = doubted.alone_as_well || (doubted.is_out && !snapped);
-    coils.coils[index].belief = is_doubtful ? kBeliefOfDoubted : 1 - settings_.coil_faults.probability;
-  }
+  state_.gate.write_beliefs(coils);
   return coils;
 }
 
 void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
-  images_ = ImageVerdict::kNone;
+  shape_.images = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);
   CoilObservations coils = observe(frame, *observation.em);
   if (is_stale(frame, observation, settings_)) {
     estimate.reasons.add(Reason::kEmStale);
   } else {
-    if (observation.is_image_instant && observation.instant < state_.time) {
-      go_back(observation.instant);
+    if (observation.is_image_instant && observation.instant < state_.tube.time) {
+      past_.go_back(observation.instant, state_);
     }
-    advance(observation, *frame, coils, estimate);
+    shape_.images = advance(observation, *frame, coils, estimate);
     // The shape between images is as doubtful as the image left it.
     if (observation.is_image_instant) {
-      state_.contradicted = images_ == ImageVerdict::kContradicts;
-    } else if (state_.contradicted && images_ == ImageVerdict::kNone) {
-      images_ = ImageVerdict::kContradicts;
+      state_.images.contradicted = shape_.images == ImageVerdict::kContradicts;
+    } else if (state_.images.contradicted && shape_.images == ImageVerdict::kNone) {
+      shape_.images = ImageVerdict::kContradicts;
     }
     if (state_.begun) {
-      shape_time_ = observation.is_image_instant ? observation.instant : state_.time;
+      shape_.time = observation.is_image_instant ? observation.instant : state_.tube.time;
     }
   }
-  const FoundShape shape{&map_.spline(),    state_.begun ? &shape_ : nullptr,
-                         covariance_,       shape_time_,
-                         variance_factor(), &state_.rival,
+  const FoundShape shape{&map_.spline(), state_.begun ? &shape_.C : nullptr, shape_.covariance,
+                         shape_.time,    state_.freedom.variance_factor(),   &state_.images.rival,
                          &agreement_};
   write_shape(shape, instrument_, estimate);
-  add_reference_error(frame, *observation.em, T_world_em_, estimate);
+  add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);
   write_held_by_coils(coils, estimate);
   write_held_by_images(observation, views_, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
-  const ImageVerdict standing = lost_tube_.standing(observation, images_);
+  const ImageVerdict standing = lost_tube_.standing(observation, shape_.images);
   judge(observation, coils,
-        {has_cameras_, registered_, converged_, standing, agreement_.disagree(), state_.is_ambiguous},
+        {!room_.cameras.empty(), room_.registered, shape_.converged, standing, agreement_.disagree(),
+         state_.images.is_ambiguous},
         estimate);
 }
 
-// To the newest state that is not younger than `time`. Without one the present state has to do.
-void RecursiveEstimator::go_back(MonotonicTime time) {
-  const State* best = nullptr;
-  for (std::size_t age = kPastStates; age > 0; --age) {
-    const State& past = past_[(next_past_ + kPastStates - age) % kPastStates];
-    if (past.begun && past.time <= time && (best == nullptr || past.time >= best->time)) {
-      best = &past;  // of two of one time what was made of it last
-    }
-  }
-  if (best == nullptr) {
-    return;
-  }
-  state_ = *best;
-  for (State& past : past_) {
-    past.begun = past.begun && past.time <= time;  // the younger ones have not seen this image
-  }
-}
-
-void RecursiveEstimator::remember() {
-  past_[next_past_] = state_;
-  next_past_ = (next_past_ + 1) % kPastStates;
-}
-
-void RecursiveEstimator::advance(const Observation& observation, const EmFrame& newest,
-                                 CoilObservations& coils, TubeEstimate& estimate) {
+// The verdict of the images of this instant.
+ImageVerdict RecursiveEstimator::advance(const Observation& observation, const EmFrame& newest,
+                                         CoilObservations& coils, TubeEstimate& estimate) {
   const EmHistory& history = *observation.em;
   if (state_.begun && newest.measured - state_.newest_em > std::chrono::seconds(1)) {
     state_.begun = false;
-    for (DoubtedCoil& doubted : state_.doubted) {
-      doubted.contradicts_itself = false;  // that was long ago
+    state_.gate.forget_contradictions();  // that was long ago
+  }
+  take_measurements(newest, history, estimate);
+  // Of this state, whenever its newest measurement was taken.
+  coils = observe(&newest, history);
+  if (state_.begun) state_.gate.leave_out_gated(coils);
+  ImageVerdict verdict = ImageVerdict::kNone;
+  const bool too_sure = state_.begun && began_too_sure();
+  if (state_.begun && !too_sure && !state_.is_lost()) {
+    if (room_.registered && observation.is_image_instant) {
+      motion_.predict(observation.instant, state_.freedom.learnt(), state_);
+      verdict = update_image(observation, coils, estimate);
+    } else {
+      // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
+      shape_.C = state_.tube.C;
+      if (settle(shape_.C, estimate)) shape_.covariance = image_update_.with_covariance({});
     }
   }
+  if (!state_.begun || too_sure || state_.is_lost()) {
+    coils = observe(&newest, history);
+    state_.gate.leave_out_erratic(coils);
+    initialise(observation, coils, newest, verdict, estimate);
+  }
+  return verdict;
+}
+
+// Every one that has come since the newest that was taken, in the order of time.
+void RecursiveEstimator::take_measurements(const EmFrame& newest, const EmHistory& history,
+                                           TubeEstimate& estimate) {
   std::size_t waiting = 0;
   for (const EmFrame* frame = &newest;
        frame != nullptr && frame->measured > state_.newest_em && waiting < kMaxEmFrames;
@@ -192,143 +166,212 @@ void RecursiveEstimator::advance(const Observation& observation, const EmFrame& 
   }
   while (waiting > 0) {
     const EmFrame* frame = history.before(&newest, --waiting);
-    state_.noise.observe(*frame, history, instrument_);
+    state_.errors.noise().observe(*frame, history, instrument_);
     const double interval_s = seconds_between(state_.newest_em, frame->measured);
     state_.newest_em = frame->measured;
     if (state_.begun) {
       update_coils(*frame, history, interval_s, estimate);
     }
   }
-  // Of this state, whenever its newest measurement was taken.
-  coils = observe(&newest, history);
-  leave_out_doubted(coils);
-  const bool too_sure = state_.begun && began_too_sure();
-  if (state_.begun && !too_sure && !is_lost()) {
-    if (registered_ && observation.is_image_instant) {
-      predict(observation.instant, state_.freedom);
-      update_image(observation, coils, estimate);
-      shape_ = state_.C;
-      judge_shape(observation, coils, estimate);
-      state_.contradicted = images_ == ImageVerdict::kContradicts;
-      if (state_.contradicted || images_ == ImageVerdict::kShowsTube) {
-        remember();
-      }
-    } else {
-      // A tick asks for a shape and leaves no trace: with or without it the next image finds the same state.
-      shape_ = state_.C;
-      if (settle(shape_, estimate)) know_covariance({});
-    }
-  }
-  if (!state_.begun || too_sure || is_lost()) {
-    coils = observe(&newest, history);
-    leave_out_erratic(coils);
-    initialise(observation, coils, newest, estimate);
-  }
 }
 
-// Begun while all was taken for noise, and a part of it is not.
 bool RecursiveEstimator::began_too_sure() {
-  if (!state_.noise.known() || state_.began_with_known_noise) {
-    return false;
+  const LastingCoilErrors::Learnt learnt = state_.errors.learn();
+  if (learnt == LastingCoilErrors::Learnt::kAllIsNoise) {
+    state_.freedom.forget_surprises();
   }
-  const double whole_mm = state_.error_scale.position_mm();
-  const double lasting_mm = state_.noise.lasting_position_mm(whole_mm);
-  if (lasting_mm * lasting_mm > kNegligibleShare * whole_mm * whole_mm) {
-    return true;
-  }
-  state_.began_with_known_noise = true;
-  state_.usual = UsualSurprise{};
-  return false;
+  return learnt == LastingCoilErrors::Learnt::kPartStays;
 }
 
+// A measurement further off the prediction than measurements usually are says that the tube has moved
+// otherwise: it is predicted once more, with the freedom that such a jerk needs.
 void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
                                       TubeEstimate& estimate) {
   CoilObservations coils = observe(&frame, history);
-  before_update_ = state_;  // should the measurement say that the tube has moved otherwise
-  predict(frame.measured, state_.freedom);
-  const double freedom = freedom_for(judge_coils(coils, frame.measured, interval_s));
-  const bool was_jerk = freedom > state_.freedom;
+  before_update_ = state_;
+  motion_.predict(frame.measured, state_.freedom.learnt(), state_);
+  const double freedom =
+      state_.freedom.needed_for(em_update_.gate(frame.measured, interval_s, state_, coils));
+  const bool was_jerk = freedom > state_.freedom.learnt();
   if (was_jerk) {
-    const UsualSurprise usual = state_.usual;
+    const MotionFreedom with_this_surprise = state_.freedom;
     state_ = before_update_;
-    state_.usual = usual;
+    state_.freedom = with_this_surprise;
     coils = observe(&frame, history);
-    predict(frame.measured, freedom);
-    judge_coils(coils, frame.measured, interval_s);
+    motion_.predict(frame.measured, freedom, state_);
+    em_update_.gate(frame.measured, interval_s, state_, coils);
   }
-  state_.last_freedom = freedom;
-  const CoilNoise& noise = state_.noise;
-  state_.begun = coil_update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), state_.C,
-                                    state_.m, state_.P);
+  state_.freedom.remember_used(freedom);
+  state_.begun = em_update_.take(coils, state_);
   // Expected of a freer motion than usual it says nothing against the usual one.
-  const CoilUpdate::Pull& pull = coil_update_.pull();
-  adapt_freedom(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
-                interval_s);
+  const CoilUpdate::Pull& pull = em_update_.pull();
+  state_.freedom.adapt(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
+                       interval_s, state_.errors.share());
   if (loose_tip_mm(coils, rest_) == 0) {
-    state_.rival.setZero();
-    state_.is_ambiguous = false;
+    state_.images.forget_rival();
   }
-  learn_drift(interval_s);
+  motion_.learn_drift(interval_s, state_);
   ask_alone(frame, history, interval_s);
   learn_bending_from_coils(estimate);
-  remember();
+  past_.remember(state_);
 }
 
-void RecursiveEstimator::predict(MonotonicTime time, double freedom) {
-  const double dt_s = seconds_between(state_.time, time);
-  if (dt_s <= 0) {
-    return;
+// What is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name a
+// coil.
+void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s) {
+  if (state_.gate.asks_alone(frame.measured, interval_s)) {
+    CoilObservations alone = observe(&frame, history);
+    const bool known = judge_.solve_em(alone);
+    state_.gate.take_answer(known, alone, frame.measured, state_.images.confirm_at(frame.measured));
   }
-  state_.time = time;
-  motion_.predict(dt_s, {sideways_freedom(freedom), state_.drift}, state_.C, state_.m, state_.P);
-  age_coil_errors(dt_s);
 }
 
-// Images see the coefficients alone: theirs is all that has to be inverted, and the other columns follow.
-bool RecursiveEstimator::refresh_information() {
-  const Eigen::Index n = coefficients_.size();
-  coefficient_prior_.mean = state_.m.leftCols(coefficients_.cols());
-  coefficient_cholesky_.matrix() = state_.P.topLeftCorner(n, n);
-  if (!coefficient_cholesky_.factorise() || !coefficient_cholesky_.invert(coefficient_prior_.information)) {
+ImageVerdict RecursiveEstimator::update_image(const Observation& observation, const CoilObservations& coils,
+                                              TubeEstimate& estimate) {
+  const ImageUpdate::Outcome outcome = image_update_.apply(observation, coils, state_, estimate);
+  if (outcome.numerically_lost) {
+    state_.begun = false;
+  } else {
+    shape_.converged = true;
+    shape_.covariance = image_update_.with_covariance(outcome.lines);
+    if (!outcome.lines.empty()) learn_from(outcome, observation, coils);
+  }
+  shape_.C = state_.tube.C;
+  ImageVerdict verdict = outcome.verdict;
+  if (verdict == ImageVerdict::kShowsTube) {
+    const auto agreeing = estimate.image_inlier_ratio;
+    verdict = judge_.judge(observation,
+                           {state_.tube.C, map_, views_, agreeing, coils, state_.gate, state_.newest_em},
+                           state_.doubt);
+  } else {
+    state_.doubt.clear();
+  }
+  state_.images.contradicted = verdict == ImageVerdict::kContradicts;
+  if (state_.images.contradicted || verdict == ImageVerdict::kShowsTube) {
+    past_.remember(state_);
+  }
+  return verdict;
+}
+
+// Of an image that shows the tube where it was expected.
+void RecursiveEstimator::learn_from(const ImageUpdate::Outcome& outcome, const Observation& observation,
+                                    const CoilObservations& coils) {
+  const Eigen::Matrix3Xd& C = state_.tube.C;
+  learn_bending(C);
+  state_.freedom.adapt(outcome.pulled, outcome.expected, outcome.interval_s, state_.errors.share());
+  motion_.learn_drift(outcome.interval_s, state_);
+  const CoilNoise& noise = state_.errors.noise();
+  state_.errors.scale().observe(coils, noise, outcome.lines, map_.spline(), C, outcome.interval_s);
+  agreement_.observe(coils, {observation.instant, map_.spline(), C, outcome.lines}, noise.noise_position_mm(),
+                     noise.lasting_position_mm(settings_.sigma_position_mm));
+}
+
+bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
+  if (!image_update_.settle(state_, C, estimate)) {
     state_.begun = false;  // numerically lost: begin again
     return false;
   }
+  shape_.converged = true;
   return true;
 }
 
-// What the coefficients' way from their prior mean says about the errors of coils and the speed.
-void RecursiveEstimator::follow(Eigen::Matrix3Xd& C) {
-  const Eigen::Index n = coefficients_.size();
-  const Eigen::Index further = state_.P.rows() - n;
-  C.leftCols(coefficients_.cols()) = coefficients_;
-  depart(coefficients_);
-  auto rest = C.rightCols(C.cols() - coefficients_.cols()).reshaped();
-  rest = state_.m.rightCols(C.cols() - coefficients_.cols()).reshaped();
-  rest.noalias() += state_.P.bottomLeftCorner(further, n) * information_times_departure_;
+// Of the shape C whose covariance is known.
+void RecursiveEstimator::learn_bending(const Eigen::Matrix3Xd& C) {
+  if (shape_.covariance != &image_update_.map()) {
+    return;
+  }
+  const MonotonicTime time = state_.tube.time;
+  learnt_bending_.learn(image_update_.map(), C, seconds_between(state_.bending_learnt, time), state_.bending);
+  state_.bending_learnt = time;
 }
 
-// The shape is what the measurements and the tube's stiffness make together.
-bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
-  if (!refresh_information()) {
+// Where images do not do so. It takes a shape, which between images nothing has asked for yet.
+void RecursiveEstimator::learn_bending_from_coils(TubeEstimate& estimate) {
+  if (!state_.begun || seconds_between(state_.bending_learnt, state_.tube.time) < kBendingWithoutImages_s) {
+    return;
+  }
+  shape_.C = state_.tube.C;
+  if (settle(shape_.C, estimate)) {
+    shape_.covariance = image_update_.with_covariance({});
+    learn_bending(shape_.C);
+  }
+}
+
+// At a shape of one instant.
+bool RecursiveEstimator::initialise(const Observation& observation, CoilObservations& coils,
+                                    const EmFrame& frame, ImageVerdict& verdict, TubeEstimate& estimate) {
+  state_.forget_doubts();
+  state_.begun = false;
+  if (!start_.solve_em(coils, estimate)) {
     return false;
   }
-  image_map_.set_bending(state_.bending);
-  coefficients_ = C.leftCols(coefficients_.cols());
-  refine({}, estimate);
-  follow(C);
+  views_.forget();  // lines of older images may be what led the shape away
+  if (room_.registered) {
+    verdict = start_.fuse_images(observation, coils, views_, ShortPiece::kLost, estimate);
+    state_.images.with_tube = verdict == ImageVerdict::kShowsTube ? ImageUpdate::kConfirming : 0;
+  }
+  suppose_coil_errors();
+  const auto lines = views_.constraints(observation, 1, false);
+  if (!begin_with(coils, lines, estimate)) {
+    return false;
+  }
+  state_.tube.time = observation.is_image_instant ? observation.instant : frame.measured;
+  state_.newest_em = frame.measured;
+  state_.begun = true;
+  state_.bending_learnt = state_.tube.time;
+  state_.gate.begin(coils, frame.measured, state_.tube.time);
+  state_.errors.place(instrument_, map_.spline(), state_.tube.C);
+  shape_.covariance = map_.invert_at(coils, lines, &prior_, state_.tube.C) ? &map_ : nullptr;
+  shape_.C = state_.tube.C;
+  past_.remember(state_);
   return true;
 }
 
-void RecursiveEstimator::refine(std::span<const ViewConstraints> lines, TubeEstimate& estimate) {
-  estimate.iterations += static_cast<std::uint32_t>(image_map_.refine(
-      CoilObservations{}, lines, &coefficient_prior_, kUpdateIterations, coefficients_, converged_));
-  converged_ = true;  // one step of Gauss-Newton from a prediction is as good as many
+// The prior: zero error of each coil, with what is thought to stay of it as standard deviation.
+void RecursiveEstimator::suppose_coil_errors() {
+  if (!state_.errors.began_with_known_noise()) {
+    state_.freedom.forget_surprises();  // while all was taken for noise nothing surprised
+  }
+  state_.errors.begin();
+  prior_.mean.setZero();
+  prior_.information.setZero();
+  const auto know = [this](int column, double sigma) {
+    prior_.information.diagonal().segment<3>(3 * column).setConstant(1 / (sigma * sigma));
+  };
+  for (int coil = 0; coil < static_cast<int>(instrument_.coils.size()); ++coil) {
+    know(map_.position_error_column(coil), state_.errors.position_mm());
+    know(map_.tangent_error_column(coil), state_.errors.tangent());
+  }
+  for (int column = map_.first_further_column(); column < map_.column_count(); ++column) {
+    know(column, 1);  // of the motion, which begin_with() sets
+  }
 }
 
-// Of the coefficients as they are now.
-void RecursiveEstimator::know_covariance(std::span<const ViewConstraints> lines) {
-  const bool known = image_map_.invert_at(CoilObservations{}, lines, &coefficient_prior_, coefficients_);
-  covariance_ = known ? &image_map_ : nullptr;
+// Mean and covariance of what was measured, from the shape that start_ has found.
+bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<const ViewConstraints> lines,
+                                    TubeEstimate& estimate) {
+  const CoilNoise& noise = state_.errors.noise();
+  TubeGaussian& tube = state_.tube;
+  tube.C.setZero();
+  tube.C.leftCols(start_.C().cols()) = start_.C();
+  state_.bending = start_.bending();
+  state_.images.rival = start_.rival();
+  state_.images.is_ambiguous = start_.is_ambiguous();
+  map_.set_bending(state_.bending);
+  map_.set_strain_slack(kStrainSlack);
+  map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
+  estimate.iterations += static_cast<std::uint32_t>(
+      map_.refine(coils, lines, &prior_, settings_.iterations, tube.C, shape_.converged));
+  map_.set_strain_slack(kNoStrain);
+  const bool inverted = map_.invert_at(coils, lines, &prior_, tube.C);
+  map_.set_strain_slack(kStrainSlack);
+  if (!inverted) {
+    return false;
+  }
+  tube.P = map_.coefficient_covariance();
+  motion_.begin(tube);
+  tube.m = tube.C;
+  return true;
 }
 
 }  // namespace tubed

@@ -25,7 +25,7 @@ FilterBench with_displaced_coil(double off_mm, int count) {
 }
 
 // By so little that the shape without it, which is known ever worse there, would soon agree with it.
-TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
+TEST(DisplacedCoil, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
   for (const bool with_images : {true, false}) {
     for (const double outlier_mm : {12.0, -15.0, 20.0}) {
       FilterBench bench;
@@ -49,14 +49,14 @@ TEST(LastingCoilErrors, ACoilThatJumpedStaysOutForAsLongAsItIsThere) {
   }
 }
 
-TEST(LastingCoilErrors, ACoilThatJumpsBackIsHeardAtOnce) {
+TEST(DisplacedCoil, ACoilThatJumpsBackIsHeardAtOnce) {
   FilterBench bench = with_displaced_coil(12, 6 * kSecond);
   ASSERT_EQ(bench.estimate->coils[2].state, CoilState::kOutlier);
   bench.measure_times(4);
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
 }
 
-TEST(LastingCoilErrors, ACoilThatComesBackSlowlyIsHeardAgain) {
+TEST(DisplacedCoil, ACoilThatComesBackSlowlyIsHeardAgain) {
   FilterBench bench = with_displaced_coil(12, kSecond);
   for (; bench.outlier_mm > 0; bench.outlier_mm -= 0.5) {
     bench.measure(0, 2);
@@ -65,7 +65,7 @@ TEST(LastingCoilErrors, ACoilThatComesBackSlowlyIsHeardAgain) {
 }
 
 // While it is out something hides the tube, and the estimator begins again.
-TEST(LastingCoilErrors, NothingIsBegunWithIt) {
+TEST(DisplacedCoil, NothingIsBegunWithIt) {
   FilterBench bench = with_displaced_coil(12, 2 * kSecond);
   bench.image_off_mm = 60;
   measure_displaced(bench, 2 * kSecond);

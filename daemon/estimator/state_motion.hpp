@@ -1,0 +1,35 @@
+// The recursive estimator's state moved on in time.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "daemon/estimator/tube_motion.hpp"
+#include "daemon/estimator/tube_state.hpp"
+
+namespace tubed {
+
+/// The tube moves as TubeMotion has it, and what stays of its coils' errors changes on the way. One an
+/// estimator; memory is taken in the constructor.
+class StateMotion {
+ public:
+  /// Both belong to the caller; the state's columns are those of `map`.
+  StateMotion(const TubeMap& map, const InstrumentDescription& instrument);
+
+  /// A tube of which nothing is known but where it is.
+  void begin(TubeGaussian& tube) const { motion_.begin(tube.C, tube.P); }
+
+  /// To `time`, a past one changes nothing. `freedom` of the sideways motion, before
+  /// MotionFreedom::sideways().
+  void predict(MonotonicTime time, double freedom, TubeState& state);
+
+  /// Learns from an update, `interval_s` after the one before, how fast each stretch of the tube drifts.
+  void learn_drift(double interval_s, TubeState& state) const;
+
+ private:
+  const TubeMap& map_;
+  const InstrumentDescription& instrument_;
+  TubeMotion motion_;
+  Eigen::MatrixXd scratch_;
+};
+
+}  // namespace tubed
