@@ -41,32 +41,19 @@ bool unknown_command(std::uint8_t code) noexcept {
 // meanwhile.
 void Poller::start(std::span<const TrackedHandle> handles, std::span<const std::uint8_t> found,
                    MonotonicTime now) noexcept {
-  handle_count_ = std::min(handles.size(), tracked_.size());
-  std::copy_n(handles.begin(), handle_count_, tracked_.begin());
-  std::array<std::uint8_t, kMaxTrackerCoils> numbers{};
-  const auto end = tracked_.begin() + static_cast<std::ptrdiff_t>(handle_count_);
-  std::transform(tracked_.begin(), end, numbers.begin(),
-                 [](const TrackedHandle& tracked) { return tracked.handle; });
-  simulated_ =
-      std::any_of(tracked_.begin(), end, [](const TrackedHandle& tracked) { return tracked.simulated; });
-  handles_.start(std::span(numbers).first(handle_count_), found);
+  tracked_.start(handles);
+  handles_.start(tracked_.numbers(), found);
   tolerant_ = std::exchange(contradicted_, false);
-  newest_ = {};
   system_status_ = {};
   admission_.tracking_started();
   counter_.reset();
-  clock_.reset();
+  times_.restart();
   guard_.reset();
   plugs_.start();
   begin_to_poll(now);
   first_seen_ = poll_at_once_ = false;
   last_new_ = now;
   settling_polls_ = 0;
-  int placed = 0;
-  for (int coil = 0; coil < coils_.coil_count(); ++coil) {
-    placed += coils_.plug(coil) ? 1 : 0;
-  }
-  coil_absent_ = static_cast<int>(handle_count_) < placed;
 }
 
 // The number of the next measurement has to fit the one before the interruption. An answer to a question from
@@ -81,7 +68,7 @@ void Poller::begin_to_poll(MonotonicTime now) noexcept {
   ports_changed_ = false;
   errors_in_a_row_ = contradictions_ = 0;
   encoding_.begin(now);
-  forget_unverified();
+  times_.forget_unverified();
   hold_until_ = still_since_ = last_step_ = now;
 }
 
@@ -134,7 +121,7 @@ MonotonicTime Poller::next_poll(const Exchange& exchange) const noexcept {
     // The tracker has the question in the middle of what is possible: soon after the measurement, and every
     // answer makes the range smaller.
     constexpr std::int64_t kCommandBytes = 12;
-    const FrameClock::Range range = clock_.range(measurement_ + 1);
+    const FrameClock::Range range = times_.clock().range(measurement_ + 1);
     const MonotonicTime heard = probe_ ? range.earliest - kProbeAhead : range.middle();
     due = std::max(due, heard - kCommandBytes * exchange.byte_time());
   }
@@ -144,14 +131,14 @@ MonotonicTime Poller::next_poll(const Exchange& exchange) const noexcept {
 void Poller::poll(Exchange& exchange) noexcept {
   const bool text = encoding_.ask_in_text(exchange.now());
   // Every handle that the tracker has allocated may be there, those that are not tracked without a pose.
-  const std::size_t handles = std::max(handle_count_, handles_.reported().size());
+  const std::size_t handles = std::max(tracked_.count(), handles_.reported().size());
   const std::size_t bytes =
       text ? handles * kTextBytesAHandle + kTextBytesBeside : kBxHeaderSize + 3 + handles * 42 + kBxCrcSize;
   const auto on_the_wire = static_cast<std::int64_t>(bytes) * exchange.byte_time();
   ++counts_.polls;
   poll_at_once_ = probe_ = false;
   settling_polls_ = std::max(settling_polls_ - 1, 0);
-  take_verified();
+  times_.asked();
   exchange.send(text ? tx_command(kOptions) : bx_command(kOptions), on_the_wire + settings_.reply_margin,
                 Exchange::ReplyWait::kWhileTalking);
 }
@@ -168,14 +155,14 @@ Poller::Event Poller::unanswered(MonotonicTime now) noexcept {
 // Another reply may follow this one: it would be taken for the answer to the next question, and every time
 // after it would be late. A tracker that has heard the last question begins to answer within its usual time.
 void Poller::settle(MonotonicTime now) noexcept {
-  hold_until_ = now + kQuietAfterTrouble + 2 * turnaround_;
-  verified_by_quiet_ = true;
+  hold_until_ = now + kQuietAfterTrouble + 2 * times_.turnaround();
+  times_.quiet_follows();
 }
 
 Poller::Event Poller::answered(const Reply& reply, Exchange& exchange, EmFrame& frame) noexcept {
   const MonotonicTime now = exchange.now();
   if (settling_polls_ > 0) {
-    hold_until_ = now + kQuietAfterTrouble + 2 * turnaround_;  // answers to earlier polls may follow
+    hold_until_ = now + kQuietAfterTrouble + 2 * times_.turnaround();  // answers to earlier polls may follow
   }
   switch (reply.kind) {
     case ReplyKind::kReset:

@@ -4,25 +4,18 @@
 
 #include <span>
 
-#include "drivers/aurora/coil_map.hpp"
 #include "drivers/aurora/encoding_choice.hpp"
 #include "drivers/aurora/exchange.hpp"
 #include "drivers/aurora/frame_admission.hpp"
-#include "drivers/aurora/frame_clock.hpp"
 #include "drivers/aurora/frame_counter.hpp"
+#include "drivers/aurora/measurement_times.hpp"
 #include "drivers/aurora/plug_watch.hpp"
 #include "drivers/aurora/pose_guard.hpp"
 #include "drivers/aurora/reported_handles.hpp"
+#include "drivers/aurora/tracked_handles.hpp"
 #include "drivers/aurora/tracking_reply.hpp"
 
 namespace tubed::aurora {
-
-/// A handle that is tracked, and the coil of an EmFrame that it is.
-struct TrackedHandle {
-  std::uint8_t handle = 0;
-  int coil = 0;
-  bool simulated = false;
-};
 
 struct PollerSettings {
   std::chrono::nanoseconds reply_margin = std::chrono::milliseconds(40);  ///< beyond the time on the wire
@@ -57,7 +50,7 @@ class Poller {
     kGone           ///< the channel is gone
   };
 
-  Poller(const PollerSettings& settings, const CoilMap& coils) : settings_(settings), coils_(coils) {}
+  Poller(const PollerSettings& settings, const CoilMap& coils) : settings_(settings), tracked_(coils) {}
 
   /// Tracking has begun with these handles enabled; `found` are all that the port setup met.
   void start(std::span<const TrackedHandle> handles, std::span<const std::uint8_t> found,
@@ -72,7 +65,7 @@ class Poller {
   }
 
   [[nodiscard]] const PollerCounts& counts() const noexcept { return counts_; }
-  [[nodiscard]] const FrameClock& clock() const noexcept { return clock_; }
+  [[nodiscard]] const FrameClock& clock() const noexcept { return times_.clock(); }
   [[nodiscard]] const EncodingChoice& encoding() const noexcept { return encoding_; }
   /// Handles of the newest reply beside those that are tracked.
   [[nodiscard]] const ReportedHandles& handles() const noexcept { return handles_; }
@@ -82,11 +75,13 @@ class Poller {
     return tolerant_ && agreement_ != ReportedHandles::Agreement::kComplete;
   }
   /// The newest reply says that the tool of `handle` was pulled out, or does not have it.
-  [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept;
+  [[nodiscard]] bool has_lost(std::uint8_t handle) const noexcept { return tracked_.has_lost(handle); }
   /// Of the newest measurement.
   [[nodiscard]] SystemStatus system_status() const noexcept { return system_status_; }
   /// Newest status that a reply had of the handle at `index` of start().
-  [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept { return newest_[index]; }
+  [[nodiscard]] const HandleReading& newest(std::size_t index) const noexcept {
+    return tracked_.newest(index);
+  }
   /// Frame number of the newest reply, believed or not.
   [[nodiscard]] std::uint32_t newest_number() const noexcept { return newest_number_; }
 
@@ -107,30 +102,15 @@ class Poller {
   Event without_number(MonotonicTime now) noexcept;
   Event held_back() noexcept;
   Event repeated(Exchange& exchange) noexcept;
+  [[nodiscard]] MeasurementTimes::Answer answer_of(const Exchange& exchange) const noexcept;
   void schedule_probe(MonotonicTime now) noexcept;
-  void remember_question(MonotonicTime asked) noexcept;
-  void take_verified() noexcept;
-  void forget_unverified() noexcept { unverified_count_ = 0; }
-  void learn_time(Exchange& exchange) noexcept;
   Event deliver(MonotonicTime now, EmFrame& frame) noexcept;
   void settle(MonotonicTime now) noexcept;
-  void fill(EmFrame& frame, std::uint64_t measurement, MonotonicTime now) const noexcept;
-  void take_readings(MonotonicTime now) noexcept;
+  void fill(EmFrame& frame, MonotonicTime now) const noexcept;
   void begin_to_poll(MonotonicTime now) noexcept;
 
-  /// Measurement `measurement` was not there when the tracker was asked: true unless the answer was a copy of
-  /// an earlier one, which shows when another reply follows that nobody asked for.
-  struct Evidence {
-    std::uint64_t measurement = 0;
-    MonotonicTime asked;
-  };
-
   PollerSettings settings_;
-  CoilMap coils_;
-  std::array<TrackedHandle, kMaxTrackerCoils> tracked_{};
-  std::size_t handle_count_ = 0;
-  bool simulated_ = false;
-  std::array<HandleReading, kMaxTrackerCoils> newest_{};
+  TrackedHandles tracked_;
   SystemStatus system_status_;
 
   TrackingReply reply_;
@@ -138,7 +118,7 @@ class Poller {
   EncodingChoice encoding_;
   FrameAdmission admission_;
   FrameCounter counter_;
-  FrameClock clock_;
+  MeasurementTimes times_;
   PoseGuard guard_;
   PlugWatch plugs_;
   PollerCounts counts_;
@@ -153,23 +133,16 @@ class Poller {
   MonotonicTime hold_until_{};     ///< the line must be quiet first
   bool poll_at_once_ = false;
   int settling_polls_ = 0;  ///< answers to earlier polls may come before this one's
-  std::array<Evidence, 4> unverified_{};
-  std::size_t unverified_count_ = 0;
-  bool verified_by_quiet_ = false;  ///< unverified evidence is good when the next question can be sent
-  int repetitions_ = 0;             ///< in a row
-  bool probe_ = false;              ///< ask early: whether what repetitions proved is still so
+  int repetitions_ = 0;     ///< in a row
+  bool probe_ = false;      ///< ask early: whether what repetitions proved is still so
   MonotonicTime probe_at_{};
-
-  std::chrono::nanoseconds turnaround_{0};  ///< from a question to its answer, mean
-  double period_ns_ = 25e6;                 ///< between measurements, as learnt
-  int standstills_ = 0;                     ///< in a row
+  int standstills_ = 0;  ///< in a row
 
   int errors_in_a_row_ = 0;
   int contradictions_ = 0;     ///< in a row
   bool contradicted_ = false;  ///< the ports are initialised again because of contradictions
   bool tolerant_ = false;
   ReportedHandles::Agreement agreement_ = ReportedHandles::Agreement::kComplete;  ///< of the newest reply
-  bool coil_absent_ = false;                                                      ///< since the port setup
   bool ports_changed_ = false;
 };
 

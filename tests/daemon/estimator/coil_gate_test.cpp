@@ -63,7 +63,7 @@ class GateBench {
   }
 
   EstimatorSettings settings;
-  UniformCubicBSpline spline{380, 26};
+  UniformCubicBSpline spline{26, 380};
   Eigen::Matrix3Xd C{3, 26};
   CoilGate gate{settings, kCoils};
   CoilFaults faults{settings.coil_faults, kCoils};
@@ -111,7 +111,7 @@ TEST(CoilGate, AsksTheCoilsAloneOftenAfterABeginningAndThenEachHalfSecond) {
       bench.answer(-1);
     }
   }
-  EXPECT_EQ(asked, 19 + 5);  // 0.5 s at each measurement, 2 s each half second
+  EXPECT_EQ(asked, 19 + 4);  // 0.5 s at each measurement, then each half second of two
 }
 
 TEST(CoilGate, ACoilInUseThatTheCoilsAloneNameDisownsTheShape) {

@@ -31,7 +31,7 @@ Eigen::MatrixXd selection_of(const ColumnSum& sum) {
 
 TEST(TubeGaussian, ACovarianceOfSumsIsTheOneOfTheirMatrices) {
   const TubeGaussian tube = correlated();
-  const UniformCubicBSpline spline(380, 26);
+  const UniformCubicBSpline spline(26, 380);
   ColumnSum a(spline.basis(12));
   a.column.back() = 27;
   a.weight.back() = 1;
