@@ -20,6 +20,7 @@ constexpr double kEnd_px = 2.5;     // how well the end of the tube is seen, alo
 constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond the shape's
 constexpr double kMinEndShare =
     0.7;  // of its length that must show: a steep tip is longer or shorter by its depth
+constexpr double kSuspected_s = 1;  // of a coil, before the gate left it out: once or twice that long
 constexpr double kShared_mm = 200;  // along the tube, over which they share it
 
 // Lower triangular L with L L^T = covariance of what coils share, of unit variance.
@@ -56,7 +57,7 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
       places_mm_(coil_places_of(instrument)),
       view_count_(view_count),
       neighbours_(shared_by_neighbours(places_mm_)),
-      evidence_(shared_column(coil_count())),
+      evidence_(shared_column(coil_count()), kParts * places_mm_.size()),
       row_(Eigen::VectorXd::Zero(evidence_.unknowns())),
       end_row_(row_),
       D_(row_) {
@@ -74,6 +75,10 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
 
 void CoilImageAgreement::reset() {
   evidence_.forget(0);
+  for (std::size_t coil = 0; coil < places_mm_.size(); ++coil) {
+    retract(coil);
+  }
+  is_out_ = {};
   end_row_.setZero();
   next_ = 0;
   views_ = {};
@@ -94,6 +99,7 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed&
   newest_ = shape.instant;
   forget(shape, begins ? -1 : dt_s);
   remember_places(shape);
+  keep_older();
   lasting_mm_ = std::max(lasting_mm, errors_.coil_mm);
   for (const ViewConstraints& view : shape.views) {
     const std::optional<Sight> sight = look(*view.camera, shape.instant);
@@ -103,6 +109,25 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed&
   }
   for (int i = 0; i < kJudgedAtOnce; ++i) {
     judge_next();
+  }
+}
+
+// A coil that comes back into the gate was off for a while, and what it said meanwhile is over. It may have
+// been off before the gate found out: of the last second or two nothing is believed either.
+void CoilImageAgreement::retract(std::size_t coil) {
+  for (std::size_t part = 0; part < kParts; ++part) {
+    evidence_.retract(kParts * coil + part);
+  }
+}
+
+void CoilImageAgreement::keep_older() {
+  if (seconds_between(kept_, newest_) < kSuspected_s) {
+    return;
+  }
+  kept_ = newest_;
+  for (std::size_t coil = 0; coil < places_mm_.size(); ++coil) {
+    evidence_.keep(kParts * coil + kOlder);
+    evidence_.keep(kParts * coil + kNewest, kParts * coil + kOlder);
   }
 }
 
@@ -197,8 +222,13 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
     add_coil_to_row(i, p_mm, side, 1);
     row_[kViews + sight.index] =
         across.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
+    const auto index = static_cast<std::size_t>(i);
+    const bool is_out = coil.state == CoilState::kOutlier;
+    if (is_out_[index] && !is_out) retract(index);
+    is_out_[index] = is_out;
     evidence_.add(row_, side.dot(coil.p_world_mm - p_mm),
-                  (squared(noise_mm) + squared(kAcross_mm) + pose_variance_mm2(view)) / sight.news);
+                  (squared(noise_mm) + squared(kAcross_mm) + pose_variance_mm2(view)) / sight.news,
+                  kParts * index + (is_out ? kOut : kNewest));
   }
 }
 

@@ -31,11 +31,11 @@ enum class Discord : std::uint32_t {
 /// model (LinearEvidence): the registration's shift and turn; an offset along the tube that all coils share;
 /// the clock; each view's magnification; three numbers a coil of its own, and three that it shares with its
 /// neighbours, as a smooth field does. What was seen is forgotten over kMemory_s, or when the tube has moved
-/// elsewhere in the field. Explanations are compared by their evidence: "as stated" allows RoomErrors and
-/// what the tracker may be wrong by; each of the others allows one part much more and is a hundred times less
-/// likely before anything was seen. Across one view three of the registration's six numbers show; what does
-/// not show keeps its prior, so that doubt() is large in depth where much is wrong across. Called by the
-/// optimizer thread; memory is taken in the constructor.
+/// elsewhere in the field; what a coil said, also when it comes back into the gate. Explanations are compared
+/// by their evidence: "as stated" allows RoomErrors and what the tracker may be wrong by; each of the others
+/// allows one part much more and is a hundred times less likely before anything was seen. Across one view
+/// three of the registration's six numbers show; what does not show keeps its prior, so that doubt() is large
+/// in depth where much is wrong across. Called by the optimizer thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);
@@ -116,7 +116,13 @@ class CoilImageAgreement {
   [[nodiscard]] Eigen::Index shared_column(int coil) const { return own_column(coil_count() + coil); }
   [[nodiscard]] int coil_count() const { return static_cast<int>(places_mm_.size()); }
 
+  /// What each coil said, in LinearEvidence: within the gate in the last second and in the one before, and
+  /// outside of it.
+  enum Part : std::size_t { kNewest, kOlder, kOut, kParts };
+
   void forget(const Confirmed& shape, double dt_s);
+  void retract(std::size_t coil);
+  void keep_older();
   void remember_places(const Confirmed& shape);
   [[nodiscard]] Eigen::Vector3d velocity_mm_s(int coil) const;
   /// An image of a view: of which, and how much of it is new, 0 .. 1.
@@ -142,6 +148,8 @@ class CoilImageAgreement {
   Eigen::VectorXd row_;
   Eigen::VectorXd end_row_;  ///< of the newest end that was seen
   Eigen::VectorXd D_;
+  std::array<bool, kMaxCoils> is_out_{};  ///< coils that the gate left out when they were last seen
+  MonotonicTime kept_{};                  ///< when the older second was last kept for good
   std::vector<Explanation> explanations_;
   std::size_t next_ = 0;  ///< explanation to be judged
   double lasting_mm_ = 0;

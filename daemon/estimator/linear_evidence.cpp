@@ -5,31 +5,66 @@
 
 namespace tubed {
 
-LinearEvidence::LinearEvidence(Eigen::Index unknowns)
-    : information_(Eigen::MatrixXd::Zero(unknowns, unknowns)),
-      vector_(Eigen::VectorXd::Zero(unknowns)),
-      frozen_information_(information_),
-      frozen_vector_(vector_),
+LinearEvidence::LinearEvidence(Eigen::Index unknowns, std::size_t parts)
+    : for_good_{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)},
+      parts_(parts, for_good_),
+      frozen_(for_good_),
       cholesky_(unknowns),
-      inverse_(information_),
-      D_(vector_),
-      scaled_(vector_),
-      mean_(vector_) {}
+      inverse_(for_good_.information),
+      D_(for_good_.vector),
+      scaled_(for_good_.vector),
+      mean_(for_good_.vector) {}
 
-void LinearEvidence::forget(double kept) {
-  information_ *= kept;
-  vector_ *= kept;
+void LinearEvidence::Sums::clear() {
+  information.setZero();
+  vector.setZero();
+  is_empty = true;
 }
 
-void LinearEvidence::add(const Eigen::VectorXd& row, double residual, double variance) {
+void LinearEvidence::Sums::take(Sums& other) {
+  if (other.is_empty) return;
+  information += other.information;
+  vector += other.vector;
+  is_empty = false;
+  other.clear();
+}
+
+void LinearEvidence::forget(double kept) {
+  const auto fade = [kept](Sums& sums) {
+    sums.information *= kept;
+    sums.vector *= kept;
+  };
+  fade(for_good_);
+  for (Sums& part : parts_) {
+    if (!part.is_empty) fade(part);
+  }
+}
+
+void LinearEvidence::add(const Eigen::VectorXd& row, double residual, double variance,
+                         std::optional<std::size_t> part) {
+  Sums& sums = part ? parts_[*part] : for_good_;
   scaled_ = row / variance;
-  information_.noalias() += row * scaled_.transpose();
-  vector_ += scaled_ * residual;
+  sums.information.noalias() += row * scaled_.transpose();
+  sums.vector += scaled_ * residual;
+  sums.is_empty = false;
+}
+
+void LinearEvidence::retract(std::size_t part) {
+  if (!parts_[part].is_empty) parts_[part].clear();
+}
+
+void LinearEvidence::keep(std::size_t part, std::optional<std::size_t> in) {
+  (in ? parts_[*in] : for_good_).take(parts_[part]);
 }
 
 void LinearEvidence::freeze() {
-  frozen_information_ = information_;
-  frozen_vector_ = vector_;
+  frozen_ = for_good_;
+  for (const Sums& part : parts_) {
+    if (!part.is_empty) {
+      frozen_.information += part.information;
+      frozen_.vector += part.vector;
+    }
+  }
 }
 
 double LinearEvidence::explain(const Eigen::VectorXd& D) {
@@ -37,7 +72,7 @@ double LinearEvidence::explain(const Eigen::VectorXd& D) {
   DenseCholesky::Lower A = cholesky_.matrix();
   for (Eigen::Index column = 0; column < D.size(); ++column) {
     for (Eigen::Index row = column; row < D.size(); ++row) {
-      A(row, column) = D[row] * frozen_information_(row, column) * D[column] + (row == column ? 1 : 0);
+      A(row, column) = D[row] * frozen_.information(row, column) * D[column] + (row == column ? 1 : 0);
     }
   }
   if (!cholesky_.factorise()) {
@@ -45,7 +80,7 @@ double LinearEvidence::explain(const Eigen::VectorXd& D) {
     return -std::numeric_limits<double>::infinity();
   }
   const double half_log_determinant = cholesky_.matrix().diagonal().array().log().sum();
-  scaled_ = D.cwiseProduct(frozen_vector_);
+  scaled_ = D.cwiseProduct(frozen_.vector);
   mean_ = scaled_;
   cholesky_.solve(mean_);
   const double square = scaled_.dot(mean_);

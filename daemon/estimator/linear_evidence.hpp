@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
 
 #include "daemon/estimator/dense_cholesky.hpp"
 
@@ -12,18 +15,25 @@ namespace tubed {
 /// prior x ~ N(0, D^2) with a diagonal D. With A = I + D L D and g = D h, by completing the square,
 ///   log p(r | D) = -1/2 log det A + 1/2 g^T A^-1 g + what all explanations share,
 ///   E(x) = D A^-1 g,   Cov(x) = D A^-1 D.
-/// A zero in D fixes that unknown at zero. Of one thread; memory is taken in the constructor.
+/// A zero in D fixes that unknown at zero. What is added to a part can be taken back as a whole, until it is
+/// kept. Of one thread; memory is taken in the constructor.
 class LinearEvidence {
  public:
-  explicit LinearEvidence(Eigen::Index unknowns);
+  explicit LinearEvidence(Eigen::Index unknowns, std::size_t parts = 0);
 
-  [[nodiscard]] Eigen::Index unknowns() const { return vector_.size(); }
+  [[nodiscard]] Eigen::Index unknowns() const { return for_good_.vector.size(); }
 
   /// What was seen counts this much of what it did, 0 .. 1.
   void forget(double kept);
 
-  /// One residual: its row a, its value and its variance (> 0).
-  void add(const Eigen::VectorXd& row, double residual, double variance);
+  /// One residual: its row a, its value and its variance (> 0), for good or to this part.
+  void add(const Eigen::VectorXd& row, double residual, double variance,
+           std::optional<std::size_t> part = std::nullopt);
+
+  /// All that was added to this part turns out to say nothing.
+  void retract(std::size_t part);
+  /// All that was added to this part goes to that one, or counts for good.
+  void keep(std::size_t part, std::optional<std::size_t> in = std::nullopt);
 
   /// Everything seen so far, as explain() is going to ask about it, until the next call of this.
   void freeze();
@@ -39,10 +49,18 @@ class LinearEvidence {
   bool covariance_of_first(Eigen::Matrix<double, 6, 6>& covariance);
 
  private:
-  Eigen::MatrixXd information_;
-  Eigen::VectorXd vector_;
-  Eigen::MatrixXd frozen_information_;
-  Eigen::VectorXd frozen_vector_;
+  /// L and h.
+  struct Sums {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd vector;
+    bool is_empty = true;
+    void clear();
+    void take(Sums& other);
+  };
+
+  Sums for_good_;
+  std::vector<Sums> parts_;
+  Sums frozen_;
   DenseCholesky cholesky_;
   Eigen::MatrixXd inverse_;
   Eigen::VectorXd D_;

@@ -296,6 +296,47 @@ TEST(CoilImageAgreement, ACoilThatTheEstimatorLeavesOutIsEvidenceStill) {
   EXPECT_EQ(agreement.verdict().index, 2);
 }
 
+Eigen::Vector3d third_is_off(const Eigen::Vector3d& p_mm, int coil, double /*t_s*/) {
+  return coil == 2 ? Eigen::Vector3d(p_mm + Eigen::Vector3d(9, 9, 0)) : p_mm;
+}
+
+// As in a burst of wrong measurements that the tracker says are right.
+TEST(CoilImageAgreement, ACoilThatComesBackIntoTheGateIsForgiven) {
+  Bench bench;
+  bench.watch(0.3, as_it_is);
+  bench.third = CoilState::kOutlier;
+  EXPECT_TRUE(bench.watch(2, third_is_off).disagree());
+  bench.third = CoilState::kUsed;
+  EXPECT_FALSE(bench.watch(1, as_it_is).disagree());
+}
+
+// The gate believes the wrong coil, and leaves it out when it is right again.
+TEST(CoilImageAgreement, WhatACoilSaidJustBeforeTheGateLeftItOutIsForgivenToo) {
+  Bench bench;
+  bench.watch(0.3, as_it_is);
+  EXPECT_TRUE(bench.watch(1.4, third_is_off).disagree());
+  bench.third = CoilState::kOutlier;
+  bench.watch(0.2, as_it_is);
+  bench.third = CoilState::kUsed;
+  EXPECT_FALSE(bench.watch(0.5, as_it_is).disagree());
+}
+
+TEST(CoilImageAgreement, ACoilThatStaysInTheGateIsNotForgiven) {
+  Bench bench;
+  bench.watch(0.3, as_it_is);
+  EXPECT_TRUE(bench.watch(2, third_is_off).disagree());
+  EXPECT_TRUE(bench.watch(1, as_it_is).disagree());
+}
+
+TEST(CoilImageAgreement, WhatACoilSaidLongBeforeTheGateLeftItOutStays) {
+  Bench bench;
+  EXPECT_TRUE(bench.watch(6, third_is_off).disagree());
+  bench.third = CoilState::kOutlier;
+  bench.watch(0.3, as_it_is);
+  bench.third = CoilState::kUsed;
+  EXPECT_TRUE(bench.watch(1, as_it_is).disagree());
+}
+
 TEST(CoilImageAgreement, AfterAResetNothingIsKnown) {
   Bench bench;
   EXPECT_TRUE(bench.watch(5, registered_wrong({6, 4, 0}, 0)).disagree());

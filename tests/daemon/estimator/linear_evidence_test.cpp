@@ -106,6 +106,39 @@ TEST(LinearEvidence, HalfForgottenCountsAsTwiceTheVariance) {
   EXPECT_NEAR(evidence.explain(wide_first()), noisier.explain(wide_first()), 1e-9);
 }
 
+TEST(LinearEvidence, PartsAddUpUntilTheyAreRetracted) {
+  const Residuals residuals;
+  LinearEvidence all = residuals.taken();
+  LinearEvidence in_parts(kUnknowns, 2);
+  LinearEvidence half(kUnknowns);
+  for (Eigen::Index k = 0; k < kResiduals; ++k) {
+    in_parts.add(residuals.A.row(k).transpose(), residuals.r[k], residuals.v[k],
+                 static_cast<std::size_t>(k % 2));
+    if (k % 2 == 0) half.add(residuals.A.row(k).transpose(), residuals.r[k], residuals.v[k]);
+  }
+  in_parts.freeze();
+  EXPECT_NEAR(in_parts.explain(wide_first()), all.explain(wide_first()), 1e-9);
+  in_parts.retract(1);
+  in_parts.freeze();
+  half.freeze();
+  EXPECT_NEAR(in_parts.explain(wide_first()), half.explain(wide_first()), 1e-9);
+}
+
+TEST(LinearEvidence, WhatIsKeptIsNotRetracted) {
+  const Residuals residuals;
+  LinearEvidence all = residuals.taken();
+  LinearEvidence kept(kUnknowns, 2);
+  for (Eigen::Index k = 0; k < kResiduals; ++k) {
+    kept.add(residuals.A.row(k).transpose(), residuals.r[k], residuals.v[k], 0);
+  }
+  kept.keep(0, 1);
+  kept.retract(0);
+  kept.keep(1);
+  kept.retract(1);
+  kept.freeze();
+  EXPECT_NEAR(kept.explain(wide_first()), all.explain(wide_first()), 1e-9);
+}
+
 TEST(LinearEvidence, NumbersThatAreNoneExplainNothing) {
   LinearEvidence evidence = Residuals().taken();
   evidence.add(Eigen::VectorXd::Constant(kUnknowns, std::numeric_limits<double>::quiet_NaN()), 1, 1);
