@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "daemon/model/uniform_cubic_bspline.hpp"
 
@@ -32,7 +33,9 @@ Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
     return Eigen::Map<const Eigen::Matrix<float, 6, 1>>(estimate.points[i].covariance_mm2.data())
         .cast<double>();
   };
-  return (1 - share) * of_point(left) + share * of_point(left + 1);
+  const Covariance covariance = (1 - share) * of_point(left) + share * of_point(left + 1);
+  // Unknown at a point, unknown beside it.
+  return covariance.allFinite() ? covariance : Covariance::Constant(std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

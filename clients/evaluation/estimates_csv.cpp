@@ -46,12 +46,13 @@ bool has_covariances(const CsvReader& csv) {
 
 Row row_of(const CsvReader& csv) {
   Row row;
-  for (std::size_t i = 0; i < 7; ++i) row.numbers[i] = csv.number(kS + i);
+  for (std::size_t column = kS; column < kSigmaX; ++column) row.numbers[column - kS] = csv.number(column);
   for (std::size_t column = kSigmaX; column < kValidity; ++column) {
+    row.numbers[column - kS] = csv.number_or_infinity(column);
     if (row.numbers[column - kS] < 0) csv.refuse(column, "a standard deviation cannot be negative");
   }
   for (std::size_t i = 0; i < kCovariances && has_covariances(csv); ++i) {
-    row.numbers[7 + i] = csv.number(kCovariance + i);
+    row.numbers[7 + i] = csv.number_or_infinity(kCovariance + i);
   }
   if (csv.has(kHeldBy)) {
     row.held_by = csv.count(kHeldBy);

@@ -26,6 +26,7 @@ void refuse_frames_of_another_run(const TrueRun& run, const Estimates& estimates
 }
 
 void count_within(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& sigma_mm, SigmaCoverage& coverage) {
+  if (!sigma_mm.allFinite()) return;  // it is unknown, and covers nothing
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     ++coverage.coordinate_count;
     for (std::size_t k = 1; k <= coverage.within.size(); ++k) {
@@ -51,15 +52,17 @@ void count_coverage(const EstimatedShape& shape, const SampledCentreline& truth,
   }
 }
 
-// Both begin at the tip. Off by nothing it is off by no sigma, whatever that is.
-double tip_sigmas(const EstimatedShape& shape, const SampledCentreline& truth) {
+// Both begin at the tip. Off by nothing it is off by no sigma, whatever that is; nothing where sigma is
+// unknown.
+std::optional<double> tip_sigmas(const EstimatedShape& shape, const SampledCentreline& truth) {
   const double s_mm = std::max(shape.centreline.s_mm.front(), truth.s_mm.front());
+  if (!shape.sigma_world_mm.col(0).allFinite()) return std::nullopt;
   const Eigen::Vector3d off_mm = (point_at(shape.centreline, s_mm) - point_at(truth, s_mm)).cwiseAbs();
-  double most = 0;
+  double max = 0;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    if (off_mm[axis] > 0) most = std::max(most, off_mm[axis] / shape.sigma_world_mm(axis, 0));
+    if (off_mm[axis] > 0) max = std::max(max, off_mm[axis] / shape.sigma_world_mm(axis, 0));
   }
-  return most;
+  return max;
 }
 
 /// One metric at the instants both methods were judged at.

@@ -64,7 +64,7 @@ struct HeldPoints {
 struct MethodEvaluation {
   std::vector<std::optional<ShapeError>> errors;  ///< one each of TrueRun::instants, same order
   /// One each of errors: how many of its standard deviations the tip is off, on the world axis on which it is
-  /// most; nothing where there is no shape or no truth.
+  /// most; nothing where there is no shape, no truth or no sigma.
   std::vector<std::optional<double>> tip_sigmas;
   std::vector<std::uint32_t> missing_frames;    ///< due, and no estimate in the file
   std::vector<std::uint32_t> shapeless_frames;  ///< an estimate with fewer than two points

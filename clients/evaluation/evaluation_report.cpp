@@ -165,7 +165,10 @@ void print_method(std::string_view name, const MethodEvaluation& method, std::si
   print_frames("without truth", method.truthless_frames, out);
   print_frames("without a point in view", method.unjudged_frames, out);
   print_misleading(method.misleading, out);
-  if (method.coverage.coordinate_count == 0) return;
+  if (method.coverage.coordinate_count == 0) {
+    if (method.judged_count() > 0) out << "  it says no sigma\n";
+    return;
+  }
   out << "  coordinates within 1 / 2 / 3 sigma (same arc length): ";
   for (std::size_t k = 1; k <= 3; ++k)
     out << formatted(k == 1 ? "%.1f" : " / %.1f", 100 * method.coverage.share(k));
@@ -182,6 +185,11 @@ nlohmann::json json_of(const MedianAndIqr& value) {
   return {{"median", number(value.median)}, {"iqr", number(value.iqr)}};
 }
 
+nlohmann::json json_of(const SigmaCoverage& coverage) {
+  if (coverage.coordinate_count == 0) return nullptr;
+  return {coverage.share(1), coverage.share(2), coverage.share(3)};
+}
+
 nlohmann::json json_of(const MethodEvaluation& method) {
   nlohmann::json json{{"judged", method.judged_count()},
                       {"missing_frames", method.missing_frames},
@@ -195,11 +203,10 @@ nlohmann::json json_of(const MethodEvaluation& method) {
   for (std::size_t i = 0; i < method.held.size(); ++i) {
     const HeldPoints& part = method.held[i];
     if (part.off_mm.empty()) continue;
-    json["held_by"][std::string(kHolders[i])] = {
-        {"points", part.off_mm.size()},
-        {"rms_mm", root_mean_square(part.off_mm)},
-        {"p95_mm", quantile(part.off_mm, 0.95)},
-        {"within_sigma", {part.coverage.share(1), part.coverage.share(2), part.coverage.share(3)}}};
+    json["held_by"][std::string(kHolders[i])] = {{"points", part.off_mm.size()},
+                                                 {"rms_mm", root_mean_square(part.off_mm)},
+                                                 {"p95_mm", quantile(part.off_mm, 0.95)},
+                                                 {"within_sigma", json_of(part.coverage)}};
   }
   for (const auto& [validity, count] : method.misleading) {
     json["misleading"][std::string(name_of(validity))] = {{"instants", count.instants},
@@ -207,9 +214,7 @@ nlohmann::json json_of(const MethodEvaluation& method) {
   }
   for (const auto& [validity, count] : method.validity_counts)
     json["validity"][std::string(name_of(validity))] = count;
-  if (method.coverage.coordinate_count > 0) {
-    json["within_sigma"] = {method.coverage.share(1), method.coverage.share(2), method.coverage.share(3)};
-  }
+  json["within_sigma"] = json_of(method.coverage);
   for (const Metric& metric : kMetrics) {
     const std::vector<double> values = method.values_mm(metric);
     json["mm"][std::string(metric.name)] =

@@ -56,7 +56,8 @@ std::optional<MisleadingPoints> misleading_points(const EstimatedShape& shape, c
                                                   const MisleadingLimits& limits) {
   const SampledCentreline& estimate = shape.centreline;
   if (estimate.s_mm.size() < 2 || truth.s_mm.size() < 2 ||
-      shape.covariance_world_mm2.cols() != estimate.p_world_mm.cols()) {
+      shape.covariance_world_mm2.cols() != estimate.p_world_mm.cols() ||
+      !shape.covariance_world_mm2.allFinite()) {
     return std::nullopt;
   }
   const auto is_judged = [&](double s_mm, const Eigen::Vector3d& p_world_mm) {

@@ -16,14 +16,6 @@ Eigen::MatrixXd upper_factor(const Eigen::MatrixXd& A) { return A.llt().matrixU(
 
 Eigen::VectorXd solve_ldlt(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) { return A.ldlt().solve(b); }
 
-std::optional<Eigen::MatrixXd> solve_if_positive(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
-  const Eigen::LDLT<Eigen::MatrixXd> factor(A);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) {
-    return {};
-  }
-  return factor.solve(B);
-}
-
 struct LeastSquares::Factors {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
 };

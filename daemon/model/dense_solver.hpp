@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 
 namespace tubed {
 
@@ -19,8 +18,6 @@ Eigen::MatrixXd upper_factor(const Eigen::MatrixXd& A);
 
 /// x for A x = b by Cholesky's A = P^T L D L^T P. Precondition: A is symmetric and semidefinite.
 Eigen::VectorXd solve_ldlt(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-/// X for A X = B by the same; empty when A is not positive semidefinite.
-std::optional<Eigen::MatrixXd> solve_if_positive(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 /// min |A X - B| for one A, m x n with m >= n, and many B, m x k: QR with column pivoting.
 class LeastSquares {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <system_error>
 
 namespace tubed {
@@ -48,6 +49,10 @@ bool CsvReader::next_row() {
 }
 
 std::string_view CsvReader::text(std::size_t column) const { return fields_[places_[column]].text; }
+
+double CsvReader::number_or_infinity(std::size_t column) const {
+  return text(column) == "inf" ? std::numeric_limits<double>::infinity() : number(column);
+}
 
 double CsvReader::number(std::size_t column) const {
   double value = 0;

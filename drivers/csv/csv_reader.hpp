@@ -34,6 +34,8 @@ class CsvReader {
   [[nodiscard]] bool is_empty(std::size_t column) const { return text(column).empty(); }
   /// The field as a finite number.
   [[nodiscard]] double number(std::size_t column) const;
+  /// The same, or "inf".
+  [[nodiscard]] double number_or_infinity(std::size_t column) const;
   /// The field as a whole number 0 .. 2^32 - 1.
   [[nodiscard]] std::uint32_t count(std::size_t column) const;
 

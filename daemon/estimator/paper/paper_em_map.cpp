@@ -149,32 +149,6 @@ struct DepthResiduals {
   }
 };
 
-/// Of the whitened residuals: 1 with consistent weights; what the printed ones leave of the noise otherwise.
-Eigen::VectorXd variances_of_residuals(const EstimatorSettings& settings, std::size_t coils, int count) {
-  const Weights given = weights_of(settings);
-  EstimatorSettings consistent = settings;
-  consistent.paper.weights = PaperWeights::kConsistent;
-  const Weights noise = weights_of(consistent);
-  const auto share = [](double a, double b) { return a * a / (b * b); };
-  Eigen::VectorXd variances = Eigen::VectorXd::Constant(count, share(given.bending, noise.bending));
-  Eigen::Index row = 0;
-  for (std::size_t i = 0; i < coils; ++i, row += 6) {
-    variances.segment<3>(row).setConstant(share(given.position, noise.position));
-    variances.segment<3>(row + 3).setConstant(share(given.tangent, noise.tangent));
-  }
-  variances.segment(row, pair_count(coils)).setConstant(share(given.length, noise.length));
-  return variances;
-}
-
-/// Of the solution of a least-squares problem whose residuals have these variances; empty when singular.
-Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& variances) {
-  const auto gain = solve_if_positive(jacobian.transpose() * jacobian, jacobian.transpose());
-  if (!gain) {
-    return {};
-  }
-  return *gain * variances.asDiagonal() * gain->transpose();
-}
-
 ceres::Solver::Options solver_options() {
   ceres::Solver::Options options;
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
@@ -187,9 +161,9 @@ ceres::Solver::Options solver_options() {
   return options;
 }
 
-/// Levenberg-Marquardt with central differences; `x` is start and result. `jacobian` may be nullptr.
+/// Levenberg-Marquardt with central differences; `x` is start and result.
 template <typename Residuals>
-ceres::Solver::Summary solve(const Residuals& residuals, Eigen::VectorXd& x, Eigen::MatrixXd* jacobian) {
+ceres::Solver::Summary solve(const Residuals& residuals, Eigen::VectorXd& x) {
   ceres::Problem problem;
   auto* function = new ceres::DynamicNumericDiffCostFunction<Residuals, ceres::CENTRAL>(
       &residuals, ceres::DO_NOT_TAKE_OWNERSHIP);
@@ -198,15 +172,6 @@ ceres::Solver::Summary solve(const Residuals& residuals, Eigen::VectorXd& x, Eig
   problem.AddResidualBlock(function, nullptr, x.data());
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(), &problem, &summary);
-  if (jacobian != nullptr) {
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    RowMajor rows(residuals.count(), x.size());
-    Eigen::VectorXd values(residuals.count());
-    const double* parameters = x.data();
-    double* jacobians = rows.data();
-    function->Evaluate(&parameters, values.data(), &jacobians);
-    *jacobian = rows;
-  }
   return summary;
 }
 
@@ -254,16 +219,12 @@ std::optional<PaperEmShape> solve_paper_em_map(const EstimatorSettings& settings
   const Eigen::MatrixXd bending_root = root_of(cubics.bending(length_mm));
   const SpaceResiduals residuals{ordered, cubics, bending_root, weights_of(settings)};
   Eigen::VectorXd x = nodes.reshaped();
-  Eigen::MatrixXd jacobian;
-  const ceres::Solver::Summary summary = solve(residuals, x, &jacobian);
+  const ceres::Solver::Summary summary = solve(residuals, x);
   nodes.reshaped() = x;
   if (!nodes.allFinite()) {
     return std::nullopt;
   }
-  PaperEmShape shape{std::move(cubics), nodes, {}, iterations_of(summary), solved(summary)};
-  shape.covariance =
-      covariance_of(jacobian, variances_of_residuals(settings, ordered.size(), residuals.count()));
-  return shape;
+  return PaperEmShape{std::move(cubics), nodes, iterations_of(summary), solved(summary)};
 }
 
 std::optional<PaperDepths> solve_paper_depth_map(const EstimatorSettings& settings, double length_mm,
@@ -279,7 +240,7 @@ std::optional<PaperDepths> solve_paper_depth_map(const EstimatorSettings& settin
   const DepthResiduals residuals{ordered, cubics,    bending_root, weights_of(settings),
                                  lengths, length_mm, point};
   Eigen::VectorXd x = start.transpose();
-  const ceres::Solver::Summary summary = solve(residuals, x, nullptr);
+  const ceres::Solver::Summary summary = solve(residuals, x);
   if (!x.allFinite()) {
     return std::nullopt;
   }

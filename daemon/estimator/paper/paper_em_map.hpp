@@ -15,8 +15,7 @@ namespace tubed {
 /// What Eq. (14) found.
 struct PaperEmShape {
   GapCubics cubics;
-  Eigen::Matrix3Xd nodes;      ///< 3 x 2 m, mm, world: see GapCubics
-  Eigen::MatrixXd covariance;  ///< 6 m x 6 m of nodes, column by column; empty when singular
+  Eigen::Matrix3Xd nodes;  ///< 3 x 2 m, mm, world: see GapCubics
   int iterations = 0;
   bool converged = false;
 

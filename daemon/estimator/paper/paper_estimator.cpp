@@ -1,6 +1,5 @@
 #include "daemon/estimator/paper/paper_estimator.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -16,17 +15,6 @@ constexpr int kPublishedCoefficients = 48;
 constexpr double kRested_mm =
     0.05;  // root mean square of the knot points' move in a round that ends the rounds
 constexpr double kTrustedAgreeing = 0.8;
-
-/// 3 x 3 blocks of weights(i, j) I: rows of 3 points from 3 x columns of coordinates.
-Eigen::MatrixXd in_three_axes(const Eigen::MatrixXd& weights) {
-  Eigen::MatrixXd three = Eigen::MatrixXd::Zero(3 * weights.rows(), 3 * weights.cols());
-  for (Eigen::Index i = 0; i < weights.rows(); ++i) {
-    for (Eigen::Index j = 0; j < weights.cols(); ++j) {
-      three.block<3, 3>(3 * i, 3 * j) = weights(i, j) * Eigen::Matrix3d::Identity();
-    }
-  }
-  return three;
-}
 
 Eigen::MatrixXd sampled_weights(const KnotCurve& curve, int count) {
   Eigen::MatrixXd weights(count, curve.count());
@@ -46,25 +34,6 @@ Eigen::MatrixXd basis_at_samples(const UniformCubicBSpline& spline, Eigen::Index
   return B;
 }
 
-/// Gaussian update of a covariance that may be singular by information about some combinations.
-Eigen::MatrixXd updated(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& information) {
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
-  return (one + covariance * information).partialPivLu().solve(covariance);
-}
-
-/// Information about displacements along two axes as one about displacements in the world.
-Eigen::MatrixXd in_world(const Eigen::MatrixXd& plane_information, const Eigen::Matrix<double, 3, 2>& plane) {
-  const Eigen::Index n = plane_information.rows() / 2;
-  Eigen::MatrixXd world(3 * n, 3 * n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      world.block<3, 3>(3 * i, 3 * j) =
-          plane * plane_information.block<2, 2>(2 * i, 2 * j) * plane.transpose();
-    }
-  }
-  return world;
-}
-
 int millimetres(double length_mm) {
   return std::max(8 * kPublishedCoefficients, static_cast<int>(length_mm)) + 1;
 }
@@ -80,8 +49,7 @@ PaperEstimator::PaperEstimator(const EstimatorSettings& settings, const Instrume
       curve_(settings.paper.knot_point_count, instrument.length_mm),
       samples_(sampled_weights(curve_, millimetres(instrument.length_mm))),
       spline_(kPublishedCoefficients, instrument.length_mm),
-      fit_(basis_at_samples(spline_, samples_.rows())),
-      point_weights_(sampled_weights(curve_, kMaxCentrelinePoints)) {
+      fit_(basis_at_samples(spline_, samples_.rows())) {
   for (const CameraCalibration& camera : room.cameras) {
     cameras_.emplace_back(camera);
     searches_.emplace_back(settings, instrument, camera, curve_);
@@ -114,9 +82,9 @@ void PaperEstimator::estimate(const Observation& observation, TubeEstimate& esti
       shape_.converged = false;  // out of memory: the last shape stays, and is said to be none of now
     }
   }
+  // No covariance: what single cubics between coils cannot follow is in none that Eq. (14) and (18) give.
   const FoundShape found{&spline_, has_shape_ ? &C_ : nullptr, nullptr, shape_time_};
   write_shape(found, instrument_, estimate);
-  write_covariance(estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, found, estimate);
   write_held_by_coils(coils, estimate);
@@ -133,7 +101,7 @@ bool PaperEstimator::solve(const Observation& observation, const CoilObservation
     return false;
   }
   estimate.iterations += static_cast<std::uint32_t>(em->iterations);
-  shape_ = {em->points(curve_.count(), instrument_.length_mm), knot_covariance(*em), em->converged};
+  shape_ = {em->points(curve_.count(), instrument_.length_mm), em->converged};
   if (!registered_) {
     return true;
   }
@@ -171,11 +139,6 @@ ImageVerdict PaperEstimator::fuse(const ImageMeasurement& image, std::size_t cam
     if (outcome.agreeing_ratio < PaperImageMle::kMinAgreeing) return ImageVerdict::kLost;
     if (!solve_depths(cameras_[camera], coils, em, fused, estimate)) return ImageVerdict::kLost;
     fused.converged = (fused.K - K_before).norm() < kRested_mm * std::sqrt(curve_.count());
-  }
-  if (fused.covariance.size() > 0) {
-    const Eigen::Matrix<double, 3, 2> plane =
-        cameras_[camera].calibration().T_camera_world.linear().transpose().leftCols<2>();
-    fused.covariance = updated(fused.covariance, in_world(outcome.information, plane));
   }
   shape_ = std::move(fused);
   estimate.has_image = true;
@@ -216,19 +179,6 @@ bool PaperEstimator::solve_depths(const Camera& camera, const CoilObservations& 
   return shape.K.allFinite();
 }
 
-Eigen::MatrixXd PaperEstimator::knot_covariance(const PaperEmShape& em) const {
-  if (em.covariance.size() == 0) {
-    return {};
-  }
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(curve_.count(), em.nodes.cols());
-  for (int i = 0; i < curve_.count(); ++i) {
-    const GapBasis at = em.cubics.basis(curve_.knot_point_s_mm(i));
-    for (int k = 0; k < 4; ++k) weights(i, 2 * at.gap + k) = at.value[static_cast<std::size_t>(k)];
-  }
-  const Eigen::MatrixXd three = in_three_axes(weights);
-  return three * em.covariance * three.transpose();
-}
-
 // Between images this mode's shape is that of the coils alone.
 void PaperEstimator::write_held_by_image(TubeEstimate& estimate) const {
   if (!estimate.has_image) {
@@ -247,19 +197,6 @@ void PaperEstimator::write_held_by_image(TubeEstimate& estimate) const {
 void PaperEstimator::keep() {
   const Eigen::Matrix3Xd samples_mm = shape_.K * samples_.transpose();
   C_ = fit_.solve(samples_mm.transpose()).transpose();
-}
-
-void PaperEstimator::write_covariance(TubeEstimate& estimate) const {
-  if (!has_shape_ || shape_.covariance.size() == 0) {
-    return;
-  }
-  for (std::uint32_t i = 0; i < estimate.point_count; ++i) {
-    const Eigen::MatrixXd three = in_three_axes(point_weights_.row(i));
-    const Eigen::Matrix3d m = three * shape_.covariance * three.transpose();
-    estimate.points[i].covariance_mm2 = {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)),
-                                         static_cast<float>(m(0, 2)), static_cast<float>(m(1, 1)),
-                                         static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
-  }
 }
 
 }  // namespace tubed

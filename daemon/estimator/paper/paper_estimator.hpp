@@ -13,7 +13,8 @@
 namespace tubed {
 
 /// MAP of Eq. (14) in 3D, then MLE of Eq. (18) in the image and MAP along the depth in turn until the knot
-/// points rest. The image is that of the first camera that has one. Unlike the other modes it allocates, and
+/// points rest. The image is that of the first camera that has one. What is published has no covariance
+/// (infinity: unknown), as the paper gives none. Unlike the other modes it allocates, and
 /// takes some milliseconds: for comparison, not for the operating room. Nothing leaves estimate() as an
 /// exception: what fails makes an estimate that says NOT_CONVERGED.
 class PaperEstimator final : public Estimator {
@@ -27,8 +28,7 @@ class PaperEstimator final : public Estimator {
  private:
   /// The shape at one instant, before it is written.
   struct Shape {
-    Eigen::Matrix3Xd K;          ///< knot points, mm, world
-    Eigen::MatrixXd covariance;  ///< 3 n x 3 n; empty: unknown
+    Eigen::Matrix3Xd K;  ///< knot points, mm, world
     bool converged = false;
   };
 
@@ -37,10 +37,8 @@ class PaperEstimator final : public Estimator {
                     const PaperEmShape& em, TubeEstimate& estimate);
   bool solve_depths(const Camera& camera, const CoilObservations& coils, const PaperEmShape& em, Shape& shape,
                     TubeEstimate& estimate) const;
-  [[nodiscard]] Eigen::MatrixXd knot_covariance(const PaperEmShape& em) const;
   void write_held_by_image(TubeEstimate& estimate) const;
   void keep();
-  void write_covariance(TubeEstimate& estimate) const;
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;
@@ -52,7 +50,6 @@ class PaperEstimator final : public Estimator {
   Eigen::MatrixXd samples_;              ///< weights of the knot points every mm, one place a row
   UniformCubicBSpline spline_;           ///< what is published
   LeastSquares fit_;
-  Eigen::MatrixXd point_weights_;  ///< of the knot points in the published points, one point a row
   Shape shape_;
   Eigen::Matrix3Xd C_;  ///< published coefficients
   bool has_shape_ = false;

@@ -246,7 +246,6 @@ PaperMleOutcome PaperImageMle::search(const ImageMeasurement& image, const Eigen
       outcome.iterations += climb(K_em, factor * settings_.paper.heaviside_px, K);
     }
   }
-  outcome.information = expand(K, K_em, settings_.paper.heaviside_px, true).matrix;
   prepare_lines();
   outcome.agreeing_ratio =
       search_.search(image, lines_, static_cast<int>(path_.size()), kJudgingReach_px, kTransition_px)

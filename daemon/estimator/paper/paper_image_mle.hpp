@@ -22,9 +22,6 @@ struct PaperMleOutcome {
   double in_view_ratio = 0;   ///< share of the tube in the image
   double agreeing_ratio = 0;  ///< share of that on a ridge
   int iterations = 0;
-  /// Fisher information of the knot points' places along the camera's x and y (x_1 y_1 x_2 ...), per mm^2,
-  /// with the image's variance tempered; 2 n x 2 n.
-  Eigen::MatrixXd information;
 };
 
 /// One a camera and instrument; remembers how the tube looked. Allocates as it works.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "clients/evaluation/estimate_rows.hpp"
@@ -163,6 +164,34 @@ TEST(Misleading, CovariancesGoThroughTheFileOfEstimatesAndMayBeMissingThere) {
       << "frame,s_mm,x,y,z,sigma_x,sigma_y,sigma_z,validity,cov_xx\n7,0,1,2,3,1,1,1,VALID,1\n";
   EXPECT_EQ(read_estimates(file).at(7).covariance_world_mm2.cols(), 0);
   EXPECT_TRUE(read_estimates(file).at(7).held_by.empty());
+}
+
+// As mode "paper" has it: the shape is judged, and nothing is said of a sigma that is none.
+TEST(Misleading, AnUnknownSigmaGoesThroughTheFileAndCoversNothing) {
+  TubeEstimate sample;
+  sample.validity = Validity::kValid;
+  sample.point_count = 2;
+  sample.coefficient_count = 4;
+  sample.length_mm = 2;
+  for (int i = 0; i < 2; ++i) {
+    sample.points[static_cast<std::size_t>(i)].covariance_mm2.fill(std::numeric_limits<float>::infinity());
+  }
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "unknown.csv";
+  std::ofstream out(file);
+  write_estimate_header(out);
+  write_estimate_rows(out, 7, sample);
+  out.close();
+
+  const EstimatedShape shape = read_estimates(file).at(7);
+  EXPECT_EQ(shape.sigma_world_mm, Eigen::Matrix3Xd::Constant(3, 3, std::numeric_limits<double>::infinity()));
+
+  SampledCentreline truth = shape.centreline;
+  truth.p_world_mm.row(1).array() += 50;
+  const TrueRun run{{Camera(CameraCalibration{})}, {{7, truth, 0}}};
+  const MethodEvaluation evaluation = evaluate_method(run, {{7, shape}}, {});
+  EXPECT_EQ(evaluation.coverage.coordinate_count, 0U);
+  EXPECT_FALSE(evaluation.tip_sigmas.front());
+  EXPECT_TRUE(evaluation.misleading.empty());
 }
 
 }  // namespace

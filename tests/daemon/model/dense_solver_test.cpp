@@ -37,7 +37,6 @@ TEST(DenseSolver, EveryFactorisationSolvesWhatItWasGiven) {
   EXPECT_LT((A * solve_llt(A, B) - B).norm(), kRounding * A.norm());
   EXPECT_LT((A * solve_llt(A, b) - b).norm(), kRounding * A.norm());
   EXPECT_LT((A * solve_ldlt(A, b) - b).norm(), kRounding * A.norm());
-  EXPECT_LT((A * solve_if_positive(A, B).value() - B).norm(), kRounding * A.norm());
 }
 
 TEST(DenseSolver, TheUpperFactorIsTriangularAndItsSquareTheMatrix) {
@@ -47,13 +46,6 @@ TEST(DenseSolver, TheUpperFactorIsTriangularAndItsSquareTheMatrix) {
 
   EXPECT_TRUE(U.isUpperTriangular(0));
   EXPECT_LT((U.transpose() * U - A).norm(), kRounding * A.norm());
-}
-
-TEST(DenseSolver, AnIndefiniteMatrixIsNotSolvedWith) {
-  Eigen::MatrixXd A = some_positive_matrix(5);
-  A(2, 2) = -1;
-
-  EXPECT_FALSE(solve_if_positive(A, some_matrix(5, 2)).has_value());
 }
 
 TEST(DenseSolver, TheResidualOfLeastSquaresIsNormalToTheColumns) {

@@ -136,24 +136,6 @@ TEST(PaperEmMap, PrintedWeightsBuckleAndConsistentOnesDoNot) {
   EXPECT_GT(with_printed, 1.2 * with_consistent);
 }
 
-TEST(PaperEmMap, CovarianceIsThatOfManyDraws) {
-  const EstimatorSettings settings;
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d claimed = Eigen::Matrix3d::Zero();
-  constexpr unsigned kDraws = 400;
-  constexpr Eigen::Index kThirdCoil = 4;
-  const auto calm = solve_paper_em_map(settings, kLength_mm, coils_of(one_view_room(), 0, 1));
-  for (unsigned seed = 1; seed <= kDraws; ++seed) {
-    const auto shape = solve_paper_em_map(settings, kLength_mm, coils_of(one_view_room(), 4, seed));
-    const Eigen::Vector3d off = shape->nodes.col(kThirdCoil) - calm->nodes.col(kThirdCoil);
-    scatter += off * off.transpose() / kDraws;
-    claimed += shape->covariance.block<3, 3>(3 * kThirdCoil, 3 * kThirdCoil) / kDraws;
-  }
-  // The tangents are exact in these draws, so the claim may be somewhat larger.
-  EXPECT_GT(scatter.trace(), 0.5 * claimed.trace());
-  EXPECT_LT(scatter.trace(), 1.1 * claimed.trace());
-}
-
 TEST(PaperDepthMap, HoldsTheProjectionAndFindsTheDepthOfTheCoils) {
   const CoilObservations coils = coils_of(one_view_room(), 0, 1);
   const PointAtDepth on_rays = [](double s_mm, double depth_mm) -> Eigen::Vector3d {

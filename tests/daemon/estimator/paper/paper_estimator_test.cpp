@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -152,16 +153,18 @@ TEST(PaperEstimator, AnImageOfAnotherPlaceDoesNotPull) {
   EXPECT_EQ(bench.rms(), alone);
 }
 
-TEST(PaperEstimator, SigmaShrinksInTheImagePlaneOnly) {
+// Neither does the paper; what Eq. (14) and (18) give covers 67 to 95 % of errors within 3 sigma.
+TEST(PaperEstimator, PublishesNoSigma) {
   Bench bench;
   ImageMeasurement image = noisy_image(bench.room, bench.t0);
   bench.history->add(measure_coils(bench.room, bench.t0, 4, 1));
-  constexpr std::size_t kMiddle = kMaxCentrelinePoints / 2;
-  const auto alone = bench.at(bench.t0, nullptr).points[kMiddle].covariance_mm2;
-  const auto fused = bench.at(bench.t0, &image).points[kMiddle].covariance_mm2;
-  EXPECT_GT(alone[0], 0);
-  EXPECT_LT(fused[0] + fused[3], 0.8F * (alone[0] + alone[3]));
-  EXPECT_NEAR(fused[5], alone[5], 0.2F * alone[5]);
+  for (ImageMeasurement* with : {static_cast<ImageMeasurement*>(nullptr), &image}) {
+    const TubeEstimate& estimate = bench.at(bench.t0, with);
+    EXPECT_EQ(estimate.has_image, with != nullptr);
+    for (const float each : estimate.points[kMaxCentrelinePoints / 2].covariance_mm2) {
+      EXPECT_EQ(each, std::numeric_limits<float>::infinity());
+    }
+  }
 }
 
 }  // namespace
