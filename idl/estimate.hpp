@@ -24,7 +24,7 @@ inline constexpr int kInstrumentIdLength = 64;
 struct CentrelinePoint {
   std::array<double, 3> p_world_mm{};     ///< position
   std::array<float, 3> tangent_world{};   ///< unit vector toward the tip
-  std::array<float, 6> covariance_mm2{};  ///< of the position: xx xy xz yy yz zz
+  std::array<float, 6> covariance_mm2{};  ///< of the position: xx xy xz yy yz zz; infinity: unknown
   std::uint32_t held_by = 0;              ///< kHeldByCoil, kHeldByImage; 0: the tube's stiffness alone
 };
 inline constexpr std::uint32_t kHeldByCoil = 1;   ///< a coil that is used lies within 30 mm along the tube

@@ -150,7 +150,8 @@ CommandLine add_reconstruct(CommandLine app, int& exit_code) {
       "--area", options->area,
       "where images are filtered: band: around the tube; frame: everywhere, as [frangi] area");
   area.is_member({"band", "frame"}).capture_default_str();
-  verb.add_option("--out", options->out, "estimates, CSV: frame, s_mm, position, sigma (inf: unknown), validity")
+  verb.add_option("--out", options->out,
+                  "estimates, CSV: frame, s_mm, position, sigma (inf: unknown), validity")
       .capture_default_str();
   verb.add_option("--json", options->json, "summary as JSON to this file, - for standard output");
   verb.callback([options, mode, area, &exit_code] {
