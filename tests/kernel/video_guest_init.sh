@@ -12,8 +12,19 @@ finish() {
 mount -t proc none /proc
 mount -t sysfs none /sys
 # The root of the machine is read only, and what runs there is not to be seen.
-for folder in /tmp /run; do mount -t tmpfs none "$folder"; done
-mkdir -p /dev/shm /dev/pts
+# A tree that lies there stays to be seen: the topmost folder that has it.
+mkdir -p /dev/shm /dev/pts /dev/kept
+hide() {  # FOLDER
+  local path kept=()
+  for path in "$TUBED_TESTS" "$TUBED_PROGRAMS" ${TUBED_MODULES//,/ }; do
+    [[ $path == "$1"/* ]] && path=${path#"$1"/} && kept+=("${path%%/*}")
+  done
+  [ ${#kept[@]} -eq 0 ] || mount --bind "$1/${kept[0]}" /dev/kept
+  mount -t tmpfs none "$1"
+  [ ${#kept[@]} -eq 0 ] || { mkdir "$1/${kept[0]}" && mount --move /dev/kept "$1/${kept[0]}"; }
+}
+hide /tmp
+hide /run
 mount -t tmpfs none /dev/shm
 mount -t 9p -o trans=virtio,version=9p2000.L,msize=262144 out /mnt
 exec >/mnt/output 2>&1 </dev/null
