@@ -35,10 +35,11 @@ class SharedError {
   [[nodiscard]] Parts scaled(const Parts& row_of_B) const { return L_.matrixL().solve(row_of_B); }
 
  private:
-  Eigen::Matrix<double, kParts, kParts> M_;
-  Parts g_;
-  Eigen::LLT<Eigen::Matrix<double, kParts, kParts>> L_;
-  Parts y_;
+  Eigen::Matrix<double, kParts, kParts> M_ = Eigen::Matrix<double, kParts, kParts>::Zero();
+  Parts g_ = Parts::Zero();
+  // Of the unit matrix, so that one in which nothing was ever solved can be moved.
+  Eigen::LLT<Eigen::Matrix<double, kParts, kParts>> L_{Eigen::Matrix<double, kParts, kParts>::Identity()};
+  Parts y_ = Parts::Zero();
 };
 
 }  // namespace tubed

@@ -144,7 +144,7 @@ std::vector<Case> cases_of_measurements() {
       "\x3F\x20\x1D\xC6\x3E\xA2\x80\xCD\x3E\x1C\x78\xB1\xC2\xD8\xD4\x24\x43\xC8\x7F\x09\xC5\xC5\x5F\x0A\x3D"
       "\x31"
       "\x00\x00\x00\x2A\x01\x00\x00\x00\x00\x07\xA1",
-      65);
+      63);
   aurora::HandleReading turned = pose_of(0x0A, 8);
   turned.rotation = {0.8, 0, 0, 0.6};
   // Recorded on firmware Rev 006: nothing was enabled.
