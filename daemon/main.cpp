@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -141,9 +142,9 @@ int run_daemon(const tubed::Configuration& configuration) {
   }
   lock_memory_if_wanted(configuration.pipeline);
   tubed::DdsOutlet dds(configuration);
-  std::optional<tubed::ShmOutlet> shm;
+  std::unique_ptr<tubed::ShmOutlet> shm;
   if (!configuration.shm.estimates_socket.empty()) {
-    shm.emplace(configuration, dds.daemon_start(), dds);
+    shm = std::make_unique<tubed::ShmOutlet>(configuration, dds.daemon_start(), dds);
   }
   tubed::SystemdNotify notify;
   tubed::NotifyOutlet notified(configuration, notify, back_off,
@@ -151,10 +152,12 @@ int run_daemon(const tubed::Configuration& configuration) {
   tubed::ClockOutlet timed(configuration, notified);
   tubed::RivalOutlet rivals(configuration, dds.participant(), timed);
   tubed::KeysOutlet outlet(configuration, rivals);
-  std::optional<tubed::ShmPreviewOutlet> previews;
-  if (!configuration.shm.preview_folder.empty()) previews.emplace(configuration);
+  std::unique_ptr<tubed::ShmPreviewOutlet> previews;
+  if (!configuration.shm.preview_folder.empty()) {
+    previews = std::make_unique<tubed::ShmPreviewOutlet>(configuration);
+  }
   tubed::Pipeline pipeline(make_parts(configuration), configuration.room, configuration.frangi,
-                           configuration.pipeline, outlet, previews ? &*previews : nullptr);
+                           configuration.pipeline, outlet, previews.get());
   if (wants_real_time(configuration.pipeline)) tubed::populate_heap();
   for (const std::string& refusal : pipeline.start()) {
     spdlog::warn("{} (going on with default scheduling)", refusal);

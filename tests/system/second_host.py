@@ -5,7 +5,7 @@ import subprocess
 import time
 
 import bed as beds
-from bed import Skip, check, check_timing, is_fused, rate_hz, reasons_of, say
+from bed import Skip, check, check_timing, is_fused, need_preloading, rate_hz, reasons_of, say
 
 DAEMON, SUBSCRIBER = "10.77.0.1", "10.77.0.2"
 LISTENING_S = 20
@@ -104,6 +104,7 @@ def nothing_leaves_the_host_by_default(bed):
 
 def a_clock_without_reference_is_told_where_other_hosts_listen(bed):
     """CLOCK_UNSYNCED follows what the kernel says, and leaves the validity alone; on lo nobody needs it."""
+    need_preloading()
     answer = bed.write("kernel-clock", "free")
     prefix = ("env", f"LD_PRELOAD={bed.programs / 'libkernel_clock.so'}", f"KERNEL_CLOCK={answer}")
     near = bed.subscribe()
