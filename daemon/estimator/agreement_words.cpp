@@ -53,7 +53,15 @@ void write_explanation(const CoilImageAgreement::Verdict& verdict, const Instrum
           text.data(), text.size(),
           "coil %d (sensor %d) is off by about %.0f mm: check its offset_from_tip_mm, and whether it is bent",
           verdict.index + 1, index < instrument.coils.size() ? instrument.coils[index].sensor : 0,
-          verdict.coil_mm.norm());
+          std::hypot(verdict.coil_mm.norm(), verdict.arc_length_mm));
+      return;
+    case Discord::kCoilArcLength:
+      std::snprintf(text.data(), text.size(),
+                    "coil %d (sensor %d) lies about %.0f mm %s the tip than its offset_from_tip_mm says: "
+                    "`tubectl calibrate coils` measures it",
+                    verdict.index + 1, index < instrument.coils.size() ? instrument.coils[index].sensor : 0,
+                    std::abs(verdict.arc_length_mm),
+                    verdict.arc_length_mm > 0 ? "nearer to" : "further from");
       return;
   }
 }

@@ -11,10 +11,9 @@ namespace tubed {
 
 namespace {
 
-constexpr int kJudgedAtOnce = 4;    // explanations an image
+constexpr int kJudgedAtOnce = 6;    // explanations an image
 constexpr double kNew_s = 0.13;     // after which an image brings as much as if there had been none before it
 constexpr double kMinNews = 1e-3;   // two images of an instant
-constexpr double kNearest_mm = 5;   // of an image line to a coil, along the tube
 constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it
 constexpr double kEnd_px = 2.5;     // how well the end of the tube is seen, along it
 constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond the shape's
@@ -57,9 +56,12 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
       places_mm_(coil_places_of(instrument)),
       view_count_(view_count),
       neighbours_(shared_by_neighbours(places_mm_)),
-      evidence_(shared_column(coil_count()), kParts * places_mm_.size()),
+      evidence_(arc_length_column(coil_count()), kParts * places_mm_.size() + 1),
       row_(Eigen::VectorXd::Zero(evidence_.unknowns())),
       end_row_(row_),
+      room_row_(row_),
+      sum_row_(row_),
+      contrast_(row_),
       D_(row_) {
   using enum Discord;
   for (const Discord discord : {kNone, kRegistration, kArcLengths, kClock, kField}) {
@@ -70,6 +72,7 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
   }
   for (int coil = 0; coil < coil_count(); ++coil) {
     explanations_.push_back({kCoil, coil});
+    explanations_.push_back({kCoilArcLength, coil});
   }
 }
 
@@ -101,23 +104,28 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed&
   remember_places(shape);
   keep_older();
   lasting_mm_ = std::max(lasting_mm, errors_.coil_mm);
+  double news = 0;
   for (const ViewConstraints& view : shape.views) {
     const std::optional<Sight> sight = look(*view.camera, shape.instant);
     if (!sight) continue;
+    news = std::max(news, sight->news);
     observe_across(coils, shape, view, *sight, noise_mm);
     observe_end(coils, shape, view, *sight, noise_mm, dt_s);
   }
+  if (news > 0) observe_along(coils, shape, news, noise_mm);
   for (int i = 0; i < kJudgedAtOnce; ++i) {
     judge_next();
   }
 }
 
 // A coil that comes back into the gate was off for a while, and what it said meanwhile is over. It may have
-// been off before the gate found out: of the last second or two nothing is believed either.
+// been off before the gate found out: of the last second or two nothing is believed either, and nothing of
+// what the coils said of each other.
 void CoilImageAgreement::retract(std::size_t coil) {
   for (std::size_t part = 0; part < kParts; ++part) {
     evidence_.retract(kParts * coil + part);
   }
+  evidence_.retract(along_part());
 }
 
 void CoilImageAgreement::keep_older() {
@@ -181,16 +189,27 @@ std::optional<CoilImageAgreement::Sight> CoilImageAgreement::look(const Camera& 
   return std::nullopt;
 }
 
-// A displacement of the coil at p along `side`, so many times: what every unknown adds to it.
-void CoilImageAgreement::add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side,
-                                         double weight) {
-  row_.segment<3>(0) += weight * side;
-  row_.segment<3>(kTurn) += weight * (p_mm - centre_mm_).cross(side);
+// The displacement that a wrong registration makes of p, to a side, so many times.
+void CoilImageAgreement::add_registration(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side,
+                                          double weight, Eigen::VectorXd& row) const {
+  row.head<3>() += weight * side;
+  row.segment<3>(kTurn) += weight * (p_mm - centre_mm_).cross(side);
+}
+
+// A displacement of the coil to a side, so many times: what the clock and its neighbours' errors add to it.
+void CoilImageAgreement::add_shared_errors(int coil, const Eigen::Vector3d& side, double weight) {
   row_[kClockColumn] += weight * side.dot(velocity_mm_s(coil));
-  row_.segment<3>(own_column(coil)) += weight * side;
   for (int k = 0; k <= coil; ++k) {
     row_.segment<3>(shared_column(k)) += weight * neighbours_(coil, k) * side;
   }
+}
+
+// Along the tube a coil's own error looks like a wrong arc length: where that is too large the coil lies
+// nearer to the tip. Its three numbers would be told by how the tube turns, in directions in which the shape
+// follows.
+void CoilImageAgreement::add_errors_along(int coil, const Eigen::Vector3d& toward_tip, double weight) {
+  add_shared_errors(coil, toward_tip, weight);
+  row_[arc_length_column(coil)] += weight;
 }
 
 // side . (coil - shape) = side . (shift + turn x (p - centre) + velocity clock + errors of the coil)
@@ -199,10 +218,7 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
                                         const ViewConstraints& view, const Sight& sight, double noise_mm) {
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    const bool is_shown = std::any_of(
-        view.lines, view.lines + view.count,
-        [&coil](const LineConstraint& line) { return std::abs(line.s_mm - coil.s_mm) <= kNearest_mm; });
-    if ((coil.state != CoilState::kUsed && coil.state != CoilState::kOutlier) || !is_shown) {
+    if ((coil.state != CoilState::kUsed && coil.state != CoilState::kOutlier) || !view.shows(coil.s_mm)) {
       continue;
     }
     const CubicBasis basis = shape.spline.basis(coil.s_mm);
@@ -219,7 +235,9 @@ void CoilImageAgreement::observe_across(const CoilObservations& coils, const Con
     const Eigen::Vector3d side = gradient / px_per_mm;
     const CameraCalibration& camera = view.camera->calibration();
     row_.setZero();
-    add_coil_to_row(i, p_mm, side, 1);
+    add_registration(p_mm, side, 1, row_);
+    add_shared_errors(i, side, 1);
+    row_.segment<3>(own_column(i)) += side;
     row_[kViews + sight.index] =
         across.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
     const auto index = static_cast<std::size_t>(i);
@@ -266,7 +284,8 @@ void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confir
     const Eigen::Vector3d p_mm = combine(shape.C, basis.first, basis.value);
     const Eigen::Vector3d toward_tip = -combine(shape.C, basis.first, basis.first_derivative).normalized();
     further_mm -= toward_tip.dot(coil.p_world_mm - p_mm) / used;
-    add_coil_to_row(i, p_mm, toward_tip, -1.0 / used);
+    add_registration(p_mm, toward_tip, -1.0 / used, row_);
+    add_errors_along(i, toward_tip, -1.0 / used);
   }
   row_[kArcLength] = -1;  // where they are too large the coils put the end too far out
   const CameraCalibration& camera = view.camera->calibration();

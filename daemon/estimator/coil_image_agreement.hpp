@@ -23,12 +23,14 @@ enum class Discord : std::uint32_t {
   kClock = 3,          ///< images are stamped too late or too early
   kMagnification = 4,  ///< the image is larger or smaller than its focal length and distance say
   kField = 5,          ///< coils are off, each in its own way: metal near the tracker, another field
-  kCoil = 6,           ///< one coil is off: bent, or its arc length is wrong
+  kCoil = 6,           ///< one coil is off: bent, or measured wrong
+  kCoilArcLength = 7,  ///< one coil lies elsewhere along the tube than its arc length says
 };
 
 /// Collects, for one instrument, how coils lie beside the tube that images show: across it wherever a coil is
-/// in view, along it where the tube's end is. Whatever may be wrong in a room is an unknown of one linear
-/// model (LinearEvidence): the registration's shift and turn; an offset along the tube that all coils share;
+/// in view, along it where the tube's end is, and along it against each other, because the tube does not
+/// stretch. Whatever may be wrong in a room is an unknown of one linear model (LinearEvidence): the
+/// registration's shift and turn; an offset along the tube that all coils share, and one of each coil;
 /// the clock; each view's magnification; three numbers a coil of its own, and three that it shares with its
 /// neighbours, as a smooth field does. What was seen is forgotten over kMemory_s, or when the tube has moved
 /// elsewhere in the field; what a coil said, also when it comes back into the gate. Explanations are compared
@@ -55,15 +57,15 @@ class CoilImageAgreement {
   /// What explains everything best.
   struct Verdict {
     Discord explanation = Discord::kNone;
-    int index = 0;           ///< of the coil (kCoil) or of the view (kMagnification)
+    int index = 0;           ///< of the coil (kCoil, kCoilArcLength) or of the view (kMagnification)
     double probability = 0;  ///< of that explanation
     double as_stated = 1;    ///< probability that everything is as stated
     Eigen::Vector3d shift_mm =
         Eigen::Vector3d::Zero();  ///< of the registration, in the middle of the tube; world
     Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< of the registration, rotation vector; world
-    Eigen::Vector3d coil_mm = Eigen::Vector3d::Zero();   ///< of the coil at `index`; world
-    double arc_length_mm = 0;                            ///< by which the stated ones are too large
-    double clock_s = 0;                                  ///< by which images are stamped too late
+    Eigen::Vector3d coil_mm = Eigen::Vector3d::Zero();   ///< of the coil at `index`, across the tube; world
+    double arc_length_mm = 0;  ///< by which the stated ones are too large; of kCoilArcLength, that of `index`
+    double clock_s = 0;        ///< by which images are stamped too late
     double magnification =
         0;              ///< by which the stated focal length of the view at `index` is too large, relative
     double end_mm = 0;  ///< by which the tube ends further out in the image than coils and arc lengths say
@@ -114,11 +116,15 @@ class CoilImageAgreement {
   static constexpr Eigen::Index kViews = 8;
   [[nodiscard]] Eigen::Index own_column(int coil) const { return kViews + view_count_ + 3 * coil; }
   [[nodiscard]] Eigen::Index shared_column(int coil) const { return own_column(coil_count() + coil); }
+  [[nodiscard]] Eigen::Index arc_length_column(int coil) const {
+    return kViews + view_count_ + 6 * coil_count() + coil;
+  }
   [[nodiscard]] int coil_count() const { return static_cast<int>(places_mm_.size()); }
 
   /// What each coil said, in LinearEvidence: within the gate in the last second and in the one before, and
-  /// outside of it.
+  /// outside of it. What they said of each other is a part by itself.
   enum Part : std::size_t { kNewest, kOlder, kOut, kParts };
+  [[nodiscard]] std::size_t along_part() const { return kParts * places_mm_.size(); }
 
   void forget(const Confirmed& shape, double dt_s);
   void retract(std::size_t coil);
@@ -131,12 +137,19 @@ class CoilImageAgreement {
     double news = 1;
   };
   std::optional<Sight> look(const Camera& camera, MonotonicTime instant);
-  void add_coil_to_row(int coil, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight);
+  static Eigen::Vector3d lateral_mm(const Camera& camera, const Eigen::Vector3d& p_world_mm);
+  void add_registration(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight,
+                        Eigen::VectorXd& row) const;
+  void add_shared_errors(int coil, const Eigen::Vector3d& side, double weight);
+  void add_errors_along(int coil, const Eigen::Vector3d& toward_tip, double weight);
+  void add_room_along(const Confirmed& shape, double from_mm, double to_mm);
   void observe_across(const CoilObservations& coils, const Confirmed& shape, const ViewConstraints& view,
                       const Sight& sight, double noise_mm);
   void observe_end(const CoilObservations& coils, const Confirmed& shape, const ViewConstraints& view,
                    const Sight& sight, double noise_mm, double dt_s);
-  void allow(const Explanation& explanation);
+  void observe_along(const CoilObservations& coils, const Confirmed& shape, double news, double noise_mm);
+  void allow(const Explanation& explanation, double lasting_mm);
+  void remember(Explanation& explanation);
   void judge_next();
   void conclude();
 
@@ -146,7 +159,10 @@ class CoilImageAgreement {
   Eigen::MatrixXd neighbours_;  ///< Cholesky factor of how coils share what they are off by
   LinearEvidence evidence_;
   Eigen::VectorXd row_;
-  Eigen::VectorXd end_row_;  ///< of the newest end that was seen
+  Eigen::VectorXd end_row_;   ///< of the newest end that was seen
+  Eigen::VectorXd room_row_;  ///< along the tube, of what is wrong with all coils or images
+  Eigen::VectorXd sum_row_;   ///< of the coils before, along the tube
+  Eigen::VectorXd contrast_;
   Eigen::VectorXd D_;
   std::array<bool, kMaxCoils> is_out_{};  ///< coils that the gate left out when they were last seen
   MonotonicTime kept_{};                  ///< when the older second was last kept for good

@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "daemon/estimator/coil_image_agreement.hpp"
 #include "idl/geometry/image_mask.hpp"
@@ -16,7 +17,8 @@ constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewher
 constexpr double kEndAgrees_mm = 2.5;
 constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
-constexpr double kSharedShare = 0.7;  // of what stays of a coil's error, its neighbours' share
+constexpr double kSharedShare = 0.7;    // of what stays of a coil's error, its neighbours' share
+constexpr double kBetterTracker = 0.5;  // of what stays, as likely as all of what the settings say
 constexpr double kPriorOdds =
     1e-2;  // of each explanation that is not "as stated": a mistake in a hundred procedures
 constexpr double kFieldOdds = 1e-3;  // of coils that are off each in its own way, which explains anything
@@ -28,6 +30,7 @@ constexpr double kCertain = 0.8;  // of "as stated", to take back that they disa
 constexpr double kWrongShift_mm = 8;
 constexpr double kWrongTurn_rad = 0.06;
 constexpr double kWrongArcLength_mm = 10;
+constexpr double kBeside_mm = 0.8;  // a coil 8 mm further along a bend of radius 40 mm: 8^2 / (2 40)
 constexpr double kWrongClock_s = 0.15;
 constexpr double kWrongMagnification = 0.08;
 constexpr double kWrongField_mm = 4;
@@ -50,7 +53,7 @@ double prior_odds(Discord discord) {
 }  // namespace
 
 // D of LinearEvidence.
-void CoilImageAgreement::allow(const Explanation& explanation) {
+void CoilImageAgreement::allow(const Explanation& explanation, double lasting_mm) {
   const auto holds = [&explanation](Discord discord) { return explanation.discord == discord; };
   const bool registration = holds(Discord::kRegistration);
   D_.segment<3>(0).setConstant(registration ? kWrongShift_mm : errors_.shift_mm);
@@ -58,14 +61,19 @@ void CoilImageAgreement::allow(const Explanation& explanation) {
   D_[kArcLength] = holds(Discord::kArcLengths) ? kWrongArcLength_mm : errors_.arc_length_mm;
   D_[kClockColumn] = holds(Discord::kClock) ? kWrongClock_s : errors_.clock_s;
   D_.segment(kViews, view_count_).setConstant(errors_.magnification);
-  const double own_mm = lasting_mm_ * std::sqrt(1 - kSharedShare);
-  D_.segment(own_column(0), 3 * coil_count())
-      .setConstant(holds(Discord::kField) ? std::hypot(kWrongField_mm, own_mm) : own_mm);
-  D_.segment(shared_column(0), 3 * coil_count()).setConstant(lasting_mm_ * std::sqrt(kSharedShare));
+  const double own_mm =
+      std::hypot(lasting_mm * std::sqrt(1 - kSharedShare), holds(Discord::kField) ? kWrongField_mm : 0);
+  D_.segment(own_column(0), 3 * coil_count()).setConstant(own_mm);
+  D_.segment(shared_column(0), 3 * coil_count()).setConstant(lasting_mm * std::sqrt(kSharedShare));
+  D_.tail(coil_count()).setConstant(std::hypot(errors_.arc_length_mm, own_mm));
   if (holds(Discord::kMagnification)) {
     D_[kViews + explanation.index] = kWrongMagnification;
   } else if (holds(Discord::kCoil)) {
     D_.segment<3>(own_column(explanation.index)).setConstant(kWrongCoil_mm);
+    D_[arc_length_column(explanation.index)] = kWrongCoil_mm;
+  } else if (holds(Discord::kCoilArcLength)) {
+    D_[arc_length_column(explanation.index)] = kWrongArcLength_mm;
+    D_.segment<3>(own_column(explanation.index)).setConstant(std::hypot(own_mm, kBeside_mm));
   }
 }
 
@@ -75,14 +83,38 @@ void CoilImageAgreement::judge_next() {
     evidence_.freeze();
   }
   Explanation& explanation = explanations_[next_];
-  allow(explanation);
-  explanation.log_evidence = evidence_.explain(D_) + std::log(prior_odds(explanation.discord));
+  constexpr double kNever = -std::numeric_limits<double>::infinity();
+  double likelier = kNever;
+  double sum = 0;  // of likelihoods, over that of the likelier
+  for (const double share : {1.0, kBetterTracker}) {
+    allow(explanation, share * lasting_mm_);
+    const double log_evidence = evidence_.explain(D_);
+    if (log_evidence > likelier) {
+      remember(explanation);
+      sum = 1 + sum * std::exp(likelier - log_evidence);
+      likelier = log_evidence;
+    } else if (likelier != kNever) {
+      sum += std::exp(log_evidence - likelier);
+    }
+  }
+  explanation.log_evidence =
+      likelier == kNever ? kNever : likelier + std::log(sum / 2) + std::log(prior_odds(explanation.discord));
+  if (++next_ == explanations_.size()) {
+    next_ = 0;
+    conclude();
+  }
+}
+
+// What the newest explanation of evidence_ makes of it.
+void CoilImageAgreement::remember(Explanation& explanation) {
   const Eigen::VectorXd& mean = evidence_.mean();
   explanation.end_mm = end_row_.dot(mean);
   explanation.registration = mean.head<6>();
-  explanation.arc_length_mm = mean[kArcLength];
-  explanation.clock_s = mean[kClockColumn];
   const int index = explanation.index;
+  const bool of_a_coil =
+      explanation.discord == Discord::kCoil || explanation.discord == Discord::kCoilArcLength;
+  explanation.arc_length_mm = mean[of_a_coil ? arc_length_column(index) : kArcLength];
+  explanation.clock_s = mean[kClockColumn];
   explanation.magnification =
       view_count_ > 0 ? mean[kViews + (explanation.discord == Discord::kMagnification ? index : 0)] : 0;
   explanation.coil_mm = mean.segment<3>(own_column(explanation.discord == Discord::kCoil ? index : 0));
@@ -90,10 +122,6 @@ void CoilImageAgreement::judge_next() {
   explanation.covariance.setZero();
   if (explanation.discord == Discord::kRegistration) {
     evidence_.covariance_of_first(explanation.covariance);
-  }
-  if (++next_ == explanations_.size()) {
-    next_ = 0;
-    conclude();
   }
 }
 
@@ -172,8 +200,7 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
     const Eigen::Vector3d p_camera_mm = T_camera_world * p_world_mm;
     const Eigen::Vector3d ray = T_camera_world.linear().transpose() * p_camera_mm.normalized();
     K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / squared(kHeld_mm);
-    const Eigen::Vector3d lateral =
-        T_camera_world.linear().transpose() * Eigen::Vector3d(p_camera_mm.x(), p_camera_mm.y(), 0);
+    const Eigen::Vector3d lateral = lateral_mm(*view.camera, p_world_mm);
     scaled += view.magnification_square * lateral * lateral.transpose();
   }
   M = M * (Eigen::Matrix3d::Identity() + K * M).inverse();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -33,6 +34,14 @@ struct ViewConstraints {
   const LineConstraint* lines = nullptr;
   int count = 0;
   PoseSigma pose_sigma{};  ///< of the camera: an error that all its lines share
+
+  static constexpr double kNearest_mm = 5;
+  /// Is a line within kNearest_mm of the place s along the tube?
+  [[nodiscard]] bool shows(double s_mm) const {
+    return std::any_of(lines, lines + count, [s_mm](const LineConstraint& line) {
+      return std::abs(line.s_mm - s_mm) <= kNearest_mm;
+    });
+  }
 };
 
 /// What is known of the coefficients before the measurements.

@@ -18,6 +18,7 @@ namespace tubed {
 namespace {
 
 constexpr double kNoise_mm = 0.5;
+constexpr double kMiddle_mm = 190;  // of the tube
 constexpr std::chrono::milliseconds kPeriod{100};
 
 /// From behind the second view of the tests of two.
@@ -56,7 +57,7 @@ class Bench {
   /// How far the tube as a whole is from where it was at the beginning, at a time.
   std::function<Eigen::Vector3d(double t_s)> motion_mm = [](double) { return Eigen::Vector3d::Zero(); };
   double noise_mm = kNoise_mm;
-  double image_scale = 1;  ///< of the first image, about its middle
+  double image_scale = 1;  ///< of the first image, about its middle; the shape keeps its length
   double end_mm = 0;       ///< by which the tube ends further out in the image
   bool shows_end = true;
   CoilState third = CoilState::kUsed;  ///< of the third coil
@@ -65,9 +66,8 @@ class Bench {
     for (int i = 0; i < static_cast<int>(seconds * 10); ++i) {
       now_ += kPeriod;
       const double t_s = static_cast<double>(to_ns(now_)) * 1e-9;
-      Eigen::Matrix3Xd C = C_;
+      Eigen::Matrix3Xd C = image_scale == 1 ? C_ : scaled();
       C.leftCols(map_.spline().coefficient_count()).colwise() += motion_mm(t_s);
-      C.leftCols(map_.spline().coefficient_count()).topRows(2) *= image_scale;
       agreement_.observe(observed(mistake, t_s), {now_, map_.spline(), C, lines(C)}, kNoise_mm, 0.5);
     }
     return agreement_;
@@ -105,6 +105,22 @@ class Bench {
       seen.tangent_world = arc_tangent_to_tip(coil.offset_from_tip_mm);
     }
     return coils;
+  }
+
+  Eigen::Matrix3Xd scaled() {
+    CoilObservations coils = observed(as_it_is, 0);
+    for (int i = 0; i < coils.count; ++i) {
+      CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
+      const double s_mm = kMiddle_mm + (coil.s_mm - kMiddle_mm) / image_scale;
+      coil.p_world_mm = arc_point(s_mm);
+      coil.p_world_mm.head<2>() *= image_scale;
+      coil.tangent_world = arc_tangent_to_tip(s_mm);
+    }
+    Eigen::Matrix3Xd C = C_;
+    bool converged = false;
+    map_.solve_linear(coils, C);
+    map_.refine(coils, {}, nullptr, 20, C, converged);
+    return C;
   }
 
   std::span<const ViewConstraints> lines(const Eigen::Matrix3Xd& C) {
@@ -244,6 +260,53 @@ TEST(CoilImageAgreement, OneCoilIsNamed) {
   EXPECT_EQ(agreement.verdict().explanation, Discord::kCoil);
   EXPECT_EQ(agreement.verdict().index, 2);
   EXPECT_NE(bench.words().find("coil 3 (sensor 3) is off by about"), std::string::npos) << bench.words();
+}
+
+// The first and the last coil, too: nothing lies beyond them that holds the tube.
+TEST(CoilImageAgreement, TheCoilWhoseArcLengthIsWrongIsNamed) {
+  const std::vector<CoilPlacement> coils = one_view_room().instruments.front().coils;
+  for (int wrong = 0; wrong < 5; ++wrong) {
+    for (const double too_large_mm : {5.0, -5.0}) {
+      Bench bench;
+      const CoilImageAgreement& agreement =
+          bench.watch(3, [&](const Eigen::Vector3d& p_mm, int coil, double) -> Eigen::Vector3d {
+            const double s_mm = coils[static_cast<std::size_t>(coil)].offset_from_tip_mm;
+            return coil == wrong ? arc_point(s_mm - too_large_mm) : p_mm;
+          });
+      SCOPED_TRACE(bench.words());
+      EXPECT_TRUE(agreement.disagree());
+      EXPECT_EQ(agreement.verdict().explanation, Discord::kCoilArcLength);
+      EXPECT_EQ(agreement.verdict().index, wrong);
+      EXPECT_NEAR(agreement.verdict().arc_length_mm, too_large_mm, 1);
+      EXPECT_NE(bench.words().find(too_large_mm > 0 ? "5 mm nearer to the tip" : "5 mm further from the tip"),
+                std::string::npos);
+    }
+  }
+}
+
+// As the tube slides, so does each coil; a field does not follow it.
+TEST(CoilImageAgreement, ATubeThatSlidesHasNoWrongArcLengths) {
+  const std::vector<CoilPlacement> coils = one_view_room().instruments.front().coils;
+  Bench bench;
+  const CoilImageAgreement& agreement = bench.watch(3, [&](const Eigen::Vector3d&, int coil, double) {
+    return arc_point(coils[static_cast<std::size_t>(coil)].offset_from_tip_mm - 6);
+  });
+  EXPECT_FALSE(agreement.disagree() && agreement.verdict().explanation == Discord::kCoilArcLength)
+      << bench.words();
+}
+
+TEST(CoilImageAgreement, ACoilThatWasOffAlongTheTubeForAWhileIsForgiven) {
+  const double s_mm = one_view_room().instruments.front().coils[2].offset_from_tip_mm;
+  const Mistake along = [s_mm](const Eigen::Vector3d& p_mm, int coil, double) -> Eigen::Vector3d {
+    return coil == 2 ? arc_point(s_mm - 9) : p_mm;
+  };
+  Bench bench;
+  bench.watch(0.3, as_it_is);
+  EXPECT_TRUE(bench.watch(1.4, along).disagree());
+  bench.third = CoilState::kOutlier;
+  bench.watch(0.2, as_it_is);
+  bench.third = CoilState::kUsed;
+  EXPECT_FALSE(bench.watch(0.5, as_it_is).disagree());
 }
 
 TEST(CoilImageAgreement, CoilsThatAreOffEachInItsOwnWayAreAField) {
