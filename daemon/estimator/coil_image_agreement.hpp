@@ -64,8 +64,10 @@ class CoilImageAgreement {
         Eigen::Vector3d::Zero();  ///< of the registration, in the middle of the tube; world
     Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< of the registration, rotation vector; world
     Eigen::Vector3d coil_mm = Eigen::Vector3d::Zero();   ///< of the coil at `index`, across the tube; world
-    double arc_length_mm = 0;  ///< by which the stated ones are too large; of kCoilArcLength, that of `index`
-    double clock_s = 0;        ///< by which images are stamped too late
+    /// By which the stated arc lengths are too large; of kCoil and kCoilArcLength that of the coil at
+    /// `index`.
+    double arc_length_mm = 0;
+    double clock_s = 0;  ///< by which images are stamped too late
     double magnification =
         0;              ///< by which the stated focal length of the view at `index` is too large, relative
     double end_mm = 0;  ///< by which the tube ends further out in the image than coils and arc lengths say

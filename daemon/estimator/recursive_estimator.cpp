@@ -262,9 +262,8 @@ void RecursiveEstimator::learn_from(const ImageUpdate::Outcome& outcome, const O
   motion_.learn_drift(outcome.interval_s, state_);
   const CoilNoise& noise = state_.errors.noise();
   state_.errors.scale().observe(coils, noise, outcome.lines, map_.spline(), C, outcome.interval_s);
-  agreement_.observe(
-      coils, {observation.instant, map_.spline(), C, outcome.lines}, noise.noise_position_mm(),
-      noise.lasting_position_mm(std::min(settings_.sigma_position_mm, state_.errors.scale().position_mm())));
+  agreement_.observe(coils, {observation.instant, map_.spline(), C, outcome.lines}, noise.noise_position_mm(),
+                     noise.lasting_position_mm(settings_.sigma_position_mm));
 }
 
 bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {

@@ -64,6 +64,7 @@ def need_real_time():
 
 
 def need_preloading():
+    """A library in front of the daemon (LD_PRELOAD); a sanitizer's has to be the first itself."""
     if TIME_FACTOR != 1:
         raise Skip("a library in front of a sanitizer's")
 
