@@ -8,7 +8,8 @@ another one has. This check reads the sources only: some seconds instead of a se
   check_includes.py --self-test  makes a small tree with known omissions and demands that exactly these are reported
 
 Types, enumerations, aliases and constants at namespace scope are looked for, and what stands in the unnamed namespace of one .cpp
-file or is taken over there by "using std::chrono::seconds;" while another one uses it.
+file or is taken over there by "using std::chrono::seconds;" while another one uses it. A .cpp file must not have for itself a name
+that a header beside it has: compiled together, the header's own use of the name is ambiguous.
 """
 import functools
 import re
@@ -118,6 +119,19 @@ class Sources:
             if not any(used in self.may_declare(file) or used in self.declared(file)[0] for file in reached):
                 yield text.count("\n", 0, use.start()) + 1, used, owners[used]
 
+    def same_names(self, name):
+        """(line, name, header) for what this .cpp file has for itself under the name of something in a header beside it.
+
+        The header cannot use its own then, where both files are compiled together: the name stands for two things."""
+        folder = Path(name).parent
+        beside = {file for other in self.files if other.endswith(".cpp") and Path(other).parent == folder
+                  for file in self.reached(other) if Path(file).parent == folder}
+        text = self.files[name][1]
+        for found in (*TYPE.finditer(text), *CONSTANT.finditer(text)):
+            headers = self.headers_of.get(found[1], set()) & beside
+            if headers and not found[0].startswith("using "):
+                yield text.count("\n", 0, found.start(1)) + 1, found[1], min(headers)
+
     def missing(self, name):
         """(line, name used, headers that would do), the first use of each."""
         reached = self.reached(name)
@@ -144,6 +158,8 @@ def check(root):
                 complaints.append(f"{name}:{line}: {used} is used, and {' or '.join(headers)} is not included")
             for line, used, files in sources.borrowed(name):
                 complaints.append(f"{name}:{line}: {used} is used, which {min(files)} has for itself")
+            for line, used, header in sources.same_names(name):
+                complaints.append(f"{name}:{line}: {used} is used for another thing in {header}")
     return len(sources.files), complaints
 
 
@@ -164,6 +180,9 @@ def self_test():
         "daemon/image/has.cpp": "using std::chrono::seconds;\nnamespace {\nint half(int x) { return x / 2; }\nconstexpr int kOwn = 1;\n}\n",
         "daemon/image/borrows.cpp": "int f(int x) {\n  g(seconds(1));\n  return half(x) + kOwn;\n}\n",
         "daemon/image/has_its_own.cpp": "int f(int half) {\n  const int kOwn = half(2);\n  g(std::chrono::seconds(1), other.half(3));\n  return kOwn;\n}\n",
+        "daemon/model/bench.hpp": "#pragma once\nconstexpr int kPeriod = 3;\nstruct Bench {\n  int ms = kPeriod;\n};\n",
+        "daemon/model/uses_bench.cpp": '#include "bench.hpp"\nint f(Bench b) { return b.ms; }\n',
+        "daemon/model/has_the_name_too.cpp": "constexpr int kPeriod = 5;\n\nint g(int x = kPeriod);\n",
         "tests/idl/tube_test.cpp": '#include "idl/coil.hpp"\nTEST(Tube, IsLong) { Coil c; Tube t; }\n',
     }
     with tempfile.TemporaryDirectory() as root:
@@ -172,8 +191,8 @@ def self_test():
             (Path(root) / name).write_text(text)
         found = [complaint.split(" is used")[0] for complaint in check(root)[1]]
     wanted = ["daemon/image/borrows.cpp:2: seconds", "daemon/image/borrows.cpp:3: half", "daemon/image/borrows.cpp:3: kOwn",
-              "daemon/lacks.cpp:2: Coil", "daemon/lacks.cpp:3: kMaxCoils", "daemon/looks_in.cpp:2: Tube", "daemon/other_scope.cpp:1: Tube",
-              "tests/idl/tube_test.cpp:2: Tube"]
+              "daemon/lacks.cpp:2: Coil", "daemon/lacks.cpp:3: kMaxCoils", "daemon/looks_in.cpp:2: Tube", "daemon/model/has_the_name_too.cpp:1: kPeriod",
+              "daemon/other_scope.cpp:1: Tube", "tests/idl/tube_test.cpp:2: Tube"]
     if sorted(found) != wanted:
         print(f"found {sorted(found)}\nexpected {wanted}")
         return 1

@@ -19,7 +19,7 @@ namespace tubed {
 
 inline constexpr double kNoise_mm = 0.5;
 inline constexpr double kMiddle_mm = 190;  // of the tube
-inline constexpr std::chrono::milliseconds kPeriod{100};
+inline constexpr std::chrono::milliseconds kBetweenFrames{100};
 
 /// From behind the second view of the tests of two.
 inline RoomDescription two_views() {
@@ -64,7 +64,7 @@ class AgreementBench {
 
   const CoilImageAgreement& watch(double seconds, const Mistake& mistake) {
     for (int i = 0; i < static_cast<int>(seconds * 10); ++i) {
-      now_ += kPeriod;
+      now_ += kBetweenFrames;
       const double t_s = static_cast<double>(to_ns(now_)) * 1e-9;
       Eigen::Matrix3Xd C = image_scale == 1 ? C_ : scaled();
       C.leftCols(map_.spline().coefficient_count()).colwise() += motion_mm(t_s);

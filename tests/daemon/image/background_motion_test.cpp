@@ -20,7 +20,7 @@ class BackgroundMotionTest : public ::testing::Test {
     return finder.find(before.texture, now.texture, kMmPerPx * reducer_.factor());
   }
   Fluoroscope fluoroscope_{7};
-  ViewReducer reducer_{kSide, kSide};
+  ViewReducer reducer_{kBackgroundSide, kBackgroundSide};
 };
 
 TEST_F(BackgroundMotionTest, APanIsMeasuredToAMillimetre) {

@@ -12,7 +12,7 @@ namespace {
 TEST(Frangi, NeverAllocatesOnceItIsMade) {
   FrangiSettings settings;
   settings.smoothing = FrangiSmoothing::kInteger16;
-  FrangiFilter filter(kWidth, kHeight, settings);
+  FrangiFilter filter(kBedWidth, kBedHeight, settings);
   OwnedMaps maps;
   const auto bytes = tubes<std::uint8_t>();
   const auto words = tubes<std::uint16_t>();
@@ -28,14 +28,14 @@ TEST(Frangi, NeverAllocatesOnceItIsMade) {
 }
 
 TEST(VesselnessMeter, NeverAllocatesOnceItIsMade) {
-  VesselnessMeter meter(kWidth, kHeight, FrangiSettings{});
-  ImageOnDemand on_demand(kWidth, kHeight, FrangiSettings{});
+  VesselnessMeter meter(kBedWidth, kBedHeight, FrangiSettings{});
+  ImageOnDemand on_demand(kBedWidth, kBedHeight, FrangiSettings{});
   ImageMeasurement image;
-  image.reserve(kWidth, kHeight);
+  image.reserve(kBedWidth, kBedHeight);
   image.state = ImageState::kMeasured;
   image.grey = tubes<float>();
   image.brightest = 255;
-  ImageArea area(kWidth, kHeight);
+  ImageArea area(kBedWidth, kBedHeight);
   const ImageArea whole = image.measured;
   const long before = allocations;
   ASSERT_GT(before, 0) << "allocations are not counted";

@@ -6,9 +6,9 @@
 
 namespace tubed {
 
-inline constexpr int kWidth = 101;
-inline constexpr int kHeight = 90;
-inline constexpr std::size_t kPixels = kWidth * kHeight;
+inline constexpr int kBedWidth = 101;
+inline constexpr int kBedHeight = 90;
+inline constexpr std::size_t kPixels = kBedWidth * kBedHeight;
 
 struct OwnedMaps {
   std::vector<float> vesselness = std::vector<float>(kPixels, -1.0F);
@@ -21,7 +21,7 @@ struct OwnedMaps {
 
 template <typename Pixel>
 std::vector<Pixel> tubes() {
-  const ExactImage image = tubes_with_noise(kWidth, kHeight, 0, 255, 0.02);
+  const ExactImage image = tubes_with_noise(kBedWidth, kBedHeight, 0, 255, 0.02);
   return {image.pixels.begin(), image.pixels.end()};
 }
 

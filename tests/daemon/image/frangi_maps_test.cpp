@@ -10,14 +10,14 @@
 namespace tubed {
 namespace {
 
-constexpr std::size_t kCentre = kHeight / 2 * kWidth + kWidth / 2;
+constexpr std::size_t kCentre = kBedHeight / 2 * kBedWidth + kBedWidth / 2;
 
 /// A dark Gaussian ridge of standard deviation `sigma` through the centre, along the direction `angle`.
 std::vector<float> ridge(double sigma, double angle) {
   std::vector<float> grey;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const double across = -std::sin(angle) * (x - kWidth / 2) + std::cos(angle) * (y - kHeight / 2);
+  for (int y = 0; y < kBedHeight; ++y) {
+    for (int x = 0; x < kBedWidth; ++x) {
+      const double across = -std::sin(angle) * (x - kBedWidth / 2) + std::cos(angle) * (y - kBedHeight / 2);
       grey.push_back(static_cast<float>(200 - 60 * std::exp(-0.5 * across * across / (sigma * sigma))));
     }
   }
@@ -30,7 +30,7 @@ TEST(FrangiMaps, TheScaleIsThatOfTheRidgeTimesRootTwo) {
   FrangiSettings settings = fixed_settings();
   settings.scales_px = {1.0, 1.5, 2.0, 3.0, 4.5};
   for (const double sigma : settings.scales_px) {
-    FrangiFilter filter(kWidth, kHeight, settings);
+    FrangiFilter filter(kBedWidth, kBedHeight, settings);
     OwnedMaps maps;
     filter.filter(ridge(sigma / std::sqrt(2.0), 0.4), maps.all());
     EXPECT_FLOAT_EQ(maps.scale_px[kCentre], static_cast<float>(sigma));
@@ -38,7 +38,7 @@ TEST(FrangiMaps, TheScaleIsThatOfTheRidgeTimesRootTwo) {
 }
 
 TEST(FrangiMaps, TheDirectionIsAlongTheRidge) {
-  FrangiFilter filter(kWidth, kHeight, fixed_settings());
+  FrangiFilter filter(kBedWidth, kBedHeight, fixed_settings());
   for (const double angle : {-1.5, -1.0, -0.3, 0.0, 0.2, 0.785, 1.3, 1.55}) {
     OwnedMaps maps;
     filter.filter(ridge(1.6, angle), maps.all());
@@ -49,7 +49,7 @@ TEST(FrangiMaps, TheDirectionIsAlongTheRidge) {
 }
 
 TEST(FrangiMaps, WhereNothingAnswersThereIsNeitherScaleNorDirection) {
-  FrangiFilter filter(kWidth, kHeight, fixed_settings());
+  FrangiFilter filter(kBedWidth, kBedHeight, fixed_settings());
   OwnedMaps maps;
   filter.filter(tubes<float>(), maps.all());
   std::size_t silent = 0;
@@ -67,7 +67,7 @@ TEST(FrangiMaps, WhereNothingAnswersThereIsNeitherScaleNorDirection) {
 }
 
 TEST(FrangiMaps, VesselnessIsTheSameWithAndWithoutTheOtherMaps) {
-  FrangiFilter filter(kWidth, kHeight, FrangiSettings{});
+  FrangiFilter filter(kBedWidth, kBedHeight, FrangiSettings{});
   OwnedMaps maps;
   std::vector<float> alone(kPixels);
   filter.filter(tubes<float>(), maps.all());
@@ -76,7 +76,7 @@ TEST(FrangiMaps, VesselnessIsTheSameWithAndWithoutTheOtherMaps) {
 }
 
 TEST(FrangiMaps, EqualGreyValuesOfAnyDepthHaveEqualVesselness) {
-  FrangiFilter filter(kWidth, kHeight, FrangiSettings{});
+  FrangiFilter filter(kBedWidth, kBedHeight, FrangiSettings{});
   std::vector<float> from_bytes(kPixels);
   std::vector<float> from_words(kPixels);
   std::vector<float> from_floats(kPixels);
@@ -89,9 +89,9 @@ TEST(FrangiMaps, EqualGreyValuesOfAnyDepthHaveEqualVesselness) {
 
 TEST(FrangiMaps, ABrightRidgeIsADarkOneOfTheNegative) {
   FrangiSettings settings = fixed_settings();
-  FrangiFilter dark(kWidth, kHeight, settings);
+  FrangiFilter dark(kBedWidth, kBedHeight, settings);
   settings.polarity = RidgePolarity::kBright;
-  FrangiFilter bright(kWidth, kHeight, settings);
+  FrangiFilter bright(kBedWidth, kBedHeight, settings);
   std::vector<float> negative = tubes<float>();
   for (float& pixel : negative) {
     pixel = 255 - pixel;
@@ -109,7 +109,7 @@ TEST(FrangiMaps, EveryInstructionSetFindsTheSame) {
   for (const FrangiSmoothing smoothing : {FrangiSmoothing::kFloat, FrangiSmoothing::kInteger16}) {
     FrangiSettings settings;
     settings.smoothing = smoothing;
-    FrangiFilter filter(kWidth, kHeight, settings);
+    FrangiFilter filter(kBedWidth, kBedHeight, settings);
     OwnedMaps best;
     filter.filter(tubes<std::uint8_t>(), best.all());
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {

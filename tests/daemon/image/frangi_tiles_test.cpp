@@ -24,15 +24,15 @@ TEST(FrangiTiles, HoldTheSamePixelsAsTheWholeImageAndLeaveTheOthersAlone) {
   for (const FrangiSmoothing smoothing : {FrangiSmoothing::kFloat, FrangiSmoothing::kInteger16}) {
     FrangiSettings settings = fixed_settings();
     settings.smoothing = smoothing;
-    FrangiFilter of_whole(kWidth, kHeight, settings);
-    FrangiFilter of_tiles(kWidth, kHeight, settings);
+    FrangiFilter of_whole(kBedWidth, kBedHeight, settings);
+    FrangiFilter of_tiles(kBedWidth, kBedHeight, settings);
     OwnedMaps whole;
     OwnedMaps tiles;
     of_whole.filter(tubes<std::uint16_t>(), whole.all());
     of_tiles.filter_tiles(tubes<std::uint16_t>(), kTiles, tiles.all());
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const auto i = static_cast<std::size_t>(y * kWidth + x);
+    for (int y = 0; y < kBedHeight; ++y) {
+      for (int x = 0; x < kBedWidth; ++x) {
+        const auto i = static_cast<std::size_t>(y * kBedWidth + x);
         ASSERT_EQ(tiles.vesselness[i], in_tiles(x, y) ? whole.vesselness[i] : -1) << x << ", " << y;
         ASSERT_EQ(tiles.sine[i], in_tiles(x, y) ? whole.sine[i] : -1) << x << ", " << y;
       }
@@ -41,7 +41,7 @@ TEST(FrangiTiles, HoldTheSamePixelsAsTheWholeImageAndLeaveTheOthersAlone) {
 }
 
 TEST(FrangiTiles, TakeTheStructurenessOfTheLastWholeImage) {
-  FrangiFilter filter(kWidth, kHeight, FrangiSettings{});
+  FrangiFilter filter(kBedWidth, kBedHeight, FrangiSettings{});
   OwnedMaps maps;
   filter.filter(tubes<std::uint8_t>(), maps.all());
   const float c = filter.structureness(0);
@@ -55,19 +55,19 @@ TEST(FrangiTiles, TakeTheStructurenessOfTheLastWholeImage) {
 }
 
 TEST(FrangiTiles, TakeTheStructurenessOfTheirOwnImageWhenThereWasNone) {
-  FrangiFilter of_whole(kWidth, kHeight, FrangiSettings{});
-  FrangiFilter of_tiles(kWidth, kHeight, FrangiSettings{});
+  FrangiFilter of_whole(kBedWidth, kBedHeight, FrangiSettings{});
+  FrangiFilter of_tiles(kBedWidth, kBedHeight, FrangiSettings{});
   OwnedMaps whole;
   OwnedMaps tiles;
   of_whole.filter(tubes<float>(), whole.all());
   of_tiles.filter_tiles(tubes<float>(), kTiles, tiles.all());
   EXPECT_EQ(of_tiles.structureness(0), of_whole.structureness(0));
-  EXPECT_EQ(tiles.vesselness[5 * kWidth + 5], whole.vesselness[5 * kWidth + 5]);
+  EXPECT_EQ(tiles.vesselness[5 * kBedWidth + 5], whole.vesselness[5 * kBedWidth + 5]);
 }
 
 TEST(FrangiTiles, AFilterOfFewRowsGivesTheSameWholeImage) {
-  FrangiFilter of_whole(kWidth, kHeight, FrangiSettings{});
-  FrangiFilter of_rows(kWidth, kHeight, FrangiSettings{}, FrangiMemory::kRows);
+  FrangiFilter of_whole(kBedWidth, kBedHeight, FrangiSettings{});
+  FrangiFilter of_rows(kBedWidth, kBedHeight, FrangiSettings{}, FrangiMemory::kRows);
   OwnedMaps whole;
   OwnedMaps rows;
   of_whole.filter(tubes<std::uint16_t>(), whole.all());
@@ -80,7 +80,7 @@ TEST(FrangiTiles, AFilterOfFewRowsGivesTheSameWholeImage) {
 TEST(FrangiTiles, WholeNumbersInFloatAreSmoothedAsTheIntegersTheyAre) {
   FrangiSettings settings;
   settings.smoothing = FrangiSmoothing::kInteger16;
-  FrangiFilter filter(kWidth, kHeight, settings);
+  FrangiFilter filter(kBedWidth, kBedHeight, settings);
   OwnedMaps of_words;
   OwnedMaps of_floats;
   const std::vector<std::uint16_t> words = tubes<std::uint16_t>();

@@ -12,7 +12,7 @@ namespace tubed::moving_background {
 
 using std::chrono::milliseconds;
 
-constexpr int kSide = 256;
+constexpr int kBackgroundSide = 256;
 constexpr double kMmPerPx = 1.2;
 
 /// A background of smooth random texture, larger than the picture, that can be looked at from anywhere.
@@ -62,8 +62,8 @@ struct Shot {
 class Fluoroscope {
  public:
   explicit Fluoroscope(unsigned seed = 1) : background_(seed), random_(seed + 1000) {
-    frame_.reserve(kSide, kSide);
-    frame_.pixels.resize(static_cast<std::size_t>(kSide) * kSide);
+    frame_.reserve(kBackgroundSide, kBackgroundSide);
+    frame_.pixels.resize(static_cast<std::size_t>(kBackgroundSide) * kBackgroundSide);
     frame_.fluoroscopy_on = true;
     frame_.exposure = from_ns(1'000'000'000);
   }
@@ -71,17 +71,18 @@ class Fluoroscope {
   const ImageFrame& take(const Shot& shot) {
     std::normal_distribution<double> noise(0, 2);
     if (shot.noise_seed != 0) random_.seed(shot.noise_seed);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
-        const double lower = std::clamp((y - kSide / 2.0) / (kSide / 4.0), 0.0, 1.0);
-        const double from_x = (x - kSide / 2.0) / shot.zoom + kSide / 2.0 + shot.pan_x_mm / kMmPerPx;
-        const double from_y =
-            (y - kSide / 2.0) / shot.zoom + kSide / 2.0 + (shot.pan_y_mm - lower * shot.breath_mm) / kMmPerPx;
+    for (int y = 0; y < kBackgroundSide; ++y) {
+      for (int x = 0; x < kBackgroundSide; ++x) {
+        const double lower = std::clamp((y - kBackgroundSide / 2.0) / (kBackgroundSide / 4.0), 0.0, 1.0);
+        const double from_x =
+            (x - kBackgroundSide / 2.0) / shot.zoom + kBackgroundSide / 2.0 + shot.pan_x_mm / kMmPerPx;
+        const double from_y = (y - kBackgroundSide / 2.0) / shot.zoom + kBackgroundSide / 2.0 +
+                              (shot.pan_y_mm - lower * shot.breath_mm) / kMmPerPx;
         const double grey =
             128 + shot.gain * static_cast<double>(background_.at(from_x, from_y)) + noise(random_);
-        const bool is_open = x >= shot.blade_px && x < kSide - shot.blade_px && y >= shot.blade_px &&
-                             y < kSide - shot.blade_px;
-        frame_.pixels[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)] =
+        const bool is_open = x >= shot.blade_px && x < kBackgroundSide - shot.blade_px &&
+                             y >= shot.blade_px && y < kBackgroundSide - shot.blade_px;
+        frame_.pixels[static_cast<std::size_t>(y) * kBackgroundSide + static_cast<std::size_t>(x)] =
             static_cast<std::uint8_t>(is_open ? std::clamp(grey, 0.0, 255.0) : 3);
       }
     }

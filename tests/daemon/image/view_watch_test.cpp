@@ -26,7 +26,7 @@ class ViewWatchTest : public ::testing::Test {
   }
 
   Fluoroscope fluoroscope_;
-  ViewWatch watch_{kSide, kSide, kMmPerPx};
+  ViewWatch watch_{kBackgroundSide, kBackgroundSide, kMmPerPx};
 };
 
 TEST_F(ViewWatchTest, AnUnmovedViewIsStillThroughManyBreathsAndChangesOfExposure) {
@@ -48,7 +48,7 @@ TEST_F(ViewWatchTest, APanIsSuspectAtTheFirstImageAndMovedAtTheThird) {
 // A recording of a bench without a patient that begins anew, and goes on with other pictures.
 TEST(ViewWatchOfNoise, PicturesThatAreShownAgainAreNoBackground) {
   Fluoroscope fluoroscope;
-  ViewWatch watch(kSide, kSide, kMmPerPx);
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   for (const unsigned first : {1U, 1U, 1U, 500U}) {
     for (unsigned i = 0; i < 60; ++i) {
       const ViewVerdict& verdict = watch.observe(fluoroscope.take({.gain = 0, .noise_seed = first + i}));
@@ -169,7 +169,7 @@ TEST_F(ViewWatchTest, ANewPoseIsLearntAnew) {
 }
 
 TEST(ViewWatch, APictureWithoutBackgroundIsUnjudgedAndNeverStill) {
-  ViewWatch watch(kSide, kSide, kMmPerPx);
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
   for (int i = 0; i < 150; ++i) {
     watch.observe(fluoroscope.take({.gain = 0}));
@@ -180,7 +180,7 @@ TEST(ViewWatch, APictureWithoutBackgroundIsUnjudgedAndNeverStill) {
 
 // A wide breath, of which a busy machine shows every third image: the pictures change slowly and come back.
 TEST(ViewWatch, ABreathIsNoMoveWhileTheViewIsLearnt) {
-  ViewWatch watch(kSide, kSide, kMmPerPx);
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
   for (int i = 0; i < 40; ++i) {
     const double breath_mm = 20 * (0.5 - 0.5 * std::cos(2 * 3.14159265 * fluoroscope.time_s() / 4.0));
@@ -192,7 +192,7 @@ TEST(ViewWatch, ABreathIsNoMoveWhileTheViewIsLearnt) {
 }
 
 TEST(ViewWatch, ASuddenMoveIsNoticedWhileTheViewIsLearntAndIsNotLearnt) {
-  ViewWatch watch(kSide, kSide, kMmPerPx);
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
   for (int i = 0; i < 30; ++i) watch.observe(fluoroscope.take({}));
   EXPECT_EQ(watch.observe(fluoroscope.take({.pan_x_mm = 6})).state, ViewState::kSuspect);
@@ -201,7 +201,7 @@ TEST(ViewWatch, ASuddenMoveIsNoticedWhileTheViewIsLearntAndIsNotLearnt) {
 }
 
 TEST(ViewWatch, WhileItLearnsItSaysSo) {
-  ViewWatch watch(kSide, kSide, kMmPerPx);
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
   const ViewVerdict& verdict = watch.observe(fluoroscope.take({}));
   EXPECT_EQ(verdict.state, ViewState::kUnjudged);
@@ -221,7 +221,7 @@ TEST(MmPerPxInPatient, IsTheDepthOfWhatItLooksAtOverTheFocalLengthWithinACArm) {
 
 TEST(ViewReducer, GainAndOffsetDoNotMatter) {
   Fluoroscope fluoroscope;
-  ViewReducer reducer(kSide, kSide);
+  ViewReducer reducer(kBackgroundSide, kBackgroundSide);
   ViewPicture dim = reducer.picture();
   ViewPicture bright = reducer.picture();
   ImageFrame frame = fluoroscope.take({.gain = 0.8});
@@ -235,7 +235,7 @@ TEST(ViewReducer, GainAndOffsetDoNotMatter) {
 
 TEST(ViewReducer, WordsOf16BitsGiveTheSamePicture) {
   Fluoroscope fluoroscope;
-  ViewReducer reducer(kSide, kSide);
+  ViewReducer reducer(kBackgroundSide, kBackgroundSide);
   ViewPicture bytes = reducer.picture();
   ViewPicture words = reducer.picture();
   ImageFrame frame = fluoroscope.take({});
@@ -255,7 +255,7 @@ TEST(ViewReducer, TooSmallAnImageIsRefused) { EXPECT_THROW(ViewReducer(63, 400),
 
 TEST(ViewKey, AsksWhetherBlocksAreWhereTheyWereToSixTenthsOfAMillimetre) {
   Fluoroscope fluoroscope;
-  ViewReducer reducer(kSide, kSide);
+  ViewReducer reducer(kBackgroundSide, kBackgroundSide);
   ViewPicture picture = reducer.picture();
   ViewBlocks blocks(reducer.rows(), reducer.columns());
   ViewKey key(reducer.rows(), reducer.columns());

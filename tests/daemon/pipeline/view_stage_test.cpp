@@ -27,12 +27,12 @@ CameraCalibration view_of(int side) {
 class ViewStageTest : public ::testing::Test {
  protected:
   ViewStageTest() {
-    frames_.for_each_slot([](ImageFrame& frame) { frame.reserve(kSide, kSide); });
+    frames_.for_each_slot([](ImageFrame& frame) { frame.reserve(kBackgroundSide, kBackgroundSide); });
   }
 
   /// As `camera` says, the world's x and y to the picture's right and down.
   static ViewGeometry panned(double right_mm) {
-    CameraCalibration camera = view_of(kSide);
+    CameraCalibration camera = view_of(kBackgroundSide);
     camera.T_camera_world.translation().x() = right_mm;
     return geometry_of(camera);
   }
@@ -58,7 +58,7 @@ class ViewStageTest : public ::testing::Test {
   Doorbell bell_;
   ViewInlet inlet_{&frames_, &bell_};
   TripleBuffer<ViewGeometry> configured_;
-  ViewStage stage_{view_of(kSide), frames_, verdicts_, bell_, &configured_};
+  ViewStage stage_{view_of(kBackgroundSide), frames_, verdicts_, bell_, &configured_};
 };
 
 TEST_F(ViewStageTest, SaysNothingBeforeTheFirstExposure) {
@@ -140,7 +140,7 @@ TEST_F(ViewStageTest, InstantsWithoutRadiationAndOtherSizesAreLeftOut) {
   inlet_.offer(off);
   EXPECT_FALSE(stage_.step(clock_));
   ImageFrame narrow = fluoroscope_.take({});
-  narrow.width = kSide / 2;
+  narrow.width = kBackgroundSide / 2;
   inlet_.offer(narrow);
   EXPECT_FALSE(stage_.step(clock_));
   ViewInlet{}.offer(fluoroscope_.take({}));
