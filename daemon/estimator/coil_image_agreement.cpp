@@ -1,300 +1,280 @@
 #include "daemon/estimator/coil_image_agreement.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "daemon/estimator/coil_error_scale.hpp"
+#include "idl/geometry/image_mask.hpp"
 #include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
 namespace {
 
-constexpr int kJudgedAtOnce = 6;    // explanations an image
-constexpr double kNew_s = 0.13;     // after which an image brings as much as if there had been none before it
-constexpr double kMinNews = 1e-3;   // two images of an instant
-constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it
-constexpr double kEnd_px = 2.5;     // how well the end of the tube is seen, along it
-constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond the shape's
-constexpr double kMinEndShare =
-    0.7;  // of its length that must show: a steep tip is longer or shorter by its depth
-constexpr double kSuspected_s = 1;  // of a coil, before the gate left it out: once or twice that long
-constexpr double kShared_mm = 200;  // along the tube, over which they share it
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+constexpr double kEndSeen_mm = 0.6;  // nearer than that it is not known where the image has the end: 1 px
+constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewhere, whatever explains it
+constexpr double kEndAgrees_mm = 2.5;
+constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
+constexpr double kHeldFor_s = 1;
+constexpr double kSharedShare = 0.7;    // of what stays of a coil's error, its neighbours' share
+constexpr double kBetterTracker = 0.5;  // of what stays, as likely as all of what the settings say
+constexpr double kPriorOdds =
+    1e-2;  // of each explanation that is not "as stated": a mistake in a hundred procedures
+constexpr double kFieldOdds = 1e-3;  // of coils that are off each in its own way, which explains anything
+constexpr double kMagnificationOdds =
+    1e-3;                         // of a view: found when it is set up, and shown to be wrong for hours
+constexpr double kCertain = 0.8;  // of "as stated", to take back that they disagree
 
-// Lower triangular L with L L^T = covariance of what coils share, of unit variance.
-Eigen::MatrixXd shared_by_neighbours(const std::vector<double>& places_mm) {
-  const auto count = static_cast<Eigen::Index>(places_mm.size());
-  Eigen::MatrixXd covariance(count, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const double apart_mm = places_mm[static_cast<std::size_t>(i)] - places_mm[static_cast<std::size_t>(k)];
-      covariance(i, k) = std::exp(-std::abs(apart_mm) / kShared_mm) + (i == k ? 1e-9 : 0);
-    }
+// Standard deviations where an explanation holds.
+constexpr double kWrongShift_mm = 8;
+constexpr double kWrongTurn_rad = 0.06;
+constexpr double kWrongArcLength_mm = 10;
+constexpr double kBeside_mm = 0.8;  // a coil 8 mm further along a bend of radius 40 mm: 8^2 / (2 40)
+constexpr double kWrongClock_s = 0.15;
+constexpr double kWrongMagnification = 0.08;
+constexpr double kWrongField_mm = 4;
+constexpr double kWrongCoil_mm = 20;
+
+// Against "as stated", before anything was seen.
+double prior_odds(Discord discord) {
+  switch (discord) {
+    case Discord::kNone:
+      return 1;
+    case Discord::kField:
+      return kFieldOdds;
+    case Discord::kMagnification:
+      return kMagnificationOdds;
+    default:
+      return kPriorOdds;
   }
-  return covariance.llt().matrixL();
 }
 
-// Of an axis, where the camera's pose is not known better: it is another one with the next image.
-double pose_variance_mm2(const ViewConstraints& view) {
-  return Eigen::Map<const Eigen::Array3d>(view.pose_sigma.translation_mm.data()).square().maxCoeff();
-}
-
-std::vector<double> coil_places_of(const InstrumentDescription& instrument) {
-  std::vector<double> places_mm;
-  for (const CoilPlacement& coil : instrument.coils) {
-    places_mm.push_back(coil.offset_from_tip_mm);
-  }
-  return places_mm;
+// log(exp(a) + exp(b)).
+double log_sum(double a, double b) {
+  const double larger = std::max(a, b);
+  return larger == kNever ? kNever : larger + std::log1p(std::exp(std::min(a, b) - larger));
 }
 
 }  // namespace
 
 CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument,
                                        int view_count)
-    : errors_(errors),
-      places_mm_(coil_places_of(instrument)),
-      view_count_(view_count),
-      neighbours_(shared_by_neighbours(places_mm_)),
-      evidence_(arc_length_column(coil_count()), kParts * places_mm_.size() + 1),
-      row_(Eigen::VectorXd::Zero(evidence_.unknowns())),
-      end_row_(row_),
-      room_row_(row_),
-      sum_row_(row_),
-      contrast_(row_),
-      D_(row_) {
+    : errors_(errors), seen_(instrument, view_count), D_(Eigen::VectorXd::Zero(seen_.model().unknowns())) {
   using enum Discord;
-  for (const Discord discord : {kNone, kRegistration, kArcLengths, kClock, kField}) {
+  for (const Discord discord : {kNone, kRegistration, kArcLengths, kClock}) {
     explanations_.push_back({discord});
   }
-  for (int view = 0; view < view_count_; ++view) {
+  for (int view = 0; view < view_count; ++view) {
     explanations_.push_back({kMagnification, view});
   }
-  for (int coil = 0; coil < coil_count(); ++coil) {
+  for (int coil = 0; coil < seen_.model().coil_count(); ++coil) {
     explanations_.push_back({kCoil, coil});
     explanations_.push_back({kCoilArcLength, coil});
   }
+  explanations_.push_back({kField});  // last: it is no small change of the base
 }
 
 void CoilImageAgreement::reset() {
-  evidence_.forget(0);
-  for (std::size_t coil = 0; coil < places_mm_.size(); ++coil) {
-    retract(coil);
-  }
-  is_out_ = {};
-  end_row_.setZero();
-  next_ = 0;
-  views_ = {};
-  past_count_ = 0;
-  newest_ = MonotonicTime{};
+  seen_.reset();
   verdict_ = Verdict{};
   disagree_ = false;
   end_contradicts_ = false;
   registration_square_.setZero();
   field_square_mm2_ = 0;
-  beyond_tip_mm_ = 0;
+  magnification_square_ = {};
 }
 
-void CoilImageAgreement::observe(const CoilObservations& coils, const Confirmed& shape, double noise_mm,
+void CoilImageAgreement::observe(const CoilObservations& coils, const ConfirmedShape& shape, double noise_mm,
                                  double lasting_mm) {
-  const bool begins = to_ns(newest_) == 0;
-  const double dt_s = begins ? 0 : std::clamp(seconds_between(newest_, shape.instant), 0.0, 1.0);
-  newest_ = shape.instant;
-  forget(shape, begins ? -1 : dt_s);
-  remember_places(shape);
-  keep_older();
-  lasting_mm_ = std::max(lasting_mm, errors_.coil_mm);
-  double news = 0;
-  for (const ViewConstraints& view : shape.views) {
-    const std::optional<Sight> sight = look(*view.camera, shape.instant);
-    if (!sight) continue;
-    news = std::max(news, sight->news);
-    observe_across(coils, shape, view, *sight, noise_mm);
-    observe_end(coils, shape, view, *sight, noise_mm, dt_s);
-  }
-  if (news > 0) observe_along(coils, shape, news, noise_mm);
-  for (int i = 0; i < kJudgedAtOnce; ++i) {
-    judge_next();
-  }
+  seen_.observe(coils, shape, noise_mm);
+  judge(std::max(lasting_mm, errors_.coil_mm));
+  conclude();
 }
 
-// A coil that comes back into the gate was off for a while, and what it said meanwhile is over. It may have
-// been off before the gate found out: of the last second or two nothing is believed either, and nothing of
-// what the coils said of each other.
-void CoilImageAgreement::retract(std::size_t coil) {
-  for (std::size_t part = 0; part < kParts; ++part) {
-    evidence_.retract(kParts * coil + part);
-  }
-  evidence_.retract(along_part());
+// D of LinearEvidence where everything is as stated, or the field is another one.
+void CoilImageAgreement::allow(Discord discord, double lasting_mm) {
+  const CoilImageModel& model = seen_.model();
+  const int coils = model.coil_count();
+  D_.segment<3>(0).setConstant(errors_.shift_mm);
+  D_.segment<3>(CoilImageModel::kTurn).setConstant(errors_.turn_rad);
+  D_[CoilImageModel::kArcLength] = errors_.arc_length_mm;
+  D_[CoilImageModel::kClock] = errors_.clock_s;
+  D_.segment(CoilImageModel::kViews, model.view_count()).setConstant(errors_.magnification);
+  const double own_mm =
+      std::hypot(lasting_mm * std::sqrt(1 - kSharedShare), discord == Discord::kField ? kWrongField_mm : 0);
+  D_.segment(model.own_column(0), 3 * coils).setConstant(own_mm);
+  D_.segment(model.shared_column(0), 3 * coils).setConstant(lasting_mm * std::sqrt(kSharedShare));
+  D_.tail(coils).setConstant(std::hypot(errors_.arc_length_mm, own_mm));
 }
 
-void CoilImageAgreement::keep_older() {
-  if (seconds_between(kept_, newest_) < kSuspected_s) {
-    return;
+// log p of what was seen, where everything else is as D_ says.
+double CoilImageAgreement::log_evidence(const Explanation& explanation) {
+  const CoilImageModel& model = seen_.model();
+  const Eigen::Index own = model.own_column(explanation.index);
+  const Eigen::Index along = model.arc_length_column(explanation.index);
+  std::array<LinearEvidence::Widened, LinearEvidence::kMaxWidened> widened{};
+  std::size_t count = 0;
+  const auto widen = [&widened, &count](Eigen::Index first, Eigen::Index size, double sigma) {
+    for (Eigen::Index i = 0; i < size; ++i) widened[count++] = {first + i, sigma};
+  };
+  switch (explanation.discord) {
+    case Discord::kNone:
+      break;
+    case Discord::kRegistration:
+      widen(0, 3, kWrongShift_mm);
+      widen(CoilImageModel::kTurn, 3, kWrongTurn_rad);
+      break;
+    case Discord::kArcLengths:
+      widen(CoilImageModel::kArcLength, 1, kWrongArcLength_mm);
+      break;
+    case Discord::kClock:
+      widen(CoilImageModel::kClock, 1, kWrongClock_s);
+      break;
+    case Discord::kMagnification:
+      widen(CoilImageModel::kViews + explanation.index, 1, kWrongMagnification);
+      break;
+    case Discord::kField:
+      return seen_.linear().explain(D_);
+    case Discord::kCoil:
+      widen(own, 3, kWrongCoil_mm);
+      widen(along, 1, kWrongCoil_mm);
+      break;
+    case Discord::kCoilArcLength:
+      widen(own, 3, std::hypot(D_[own], kBeside_mm));
+      widen(along, 1, kWrongArcLength_mm);
+      break;
   }
-  kept_ = newest_;
-  for (std::size_t coil = 0; coil < places_mm_.size(); ++coil) {
-    evidence_.keep(kParts * coil + kOlder);
-    evidence_.keep(kParts * coil + kNewest, kParts * coil + kOlder);
-  }
+  return seen_.linear().widened({widened.data(), count});
 }
 
-// dt_s < 0: nothing was seen before.
-void CoilImageAgreement::forget(const Confirmed& shape, double dt_s) {
-  const CubicBasis middle = shape.spline.basis(shape.spline.length_mm() / 2);
-  const Eigen::Vector3d place_mm = combine(shape.C, middle.first, middle.value);
-  if (dt_s < 0) {
-    centre_mm_ = place_mm;
-    place_mm_ = place_mm;
+// All explanations, with what stays of coils' errors as the settings have it and as a better tracker has it.
+void CoilImageAgreement::judge(double lasting_mm) {
+  seen_.linear().freeze();
+  for (Explanation& explanation : explanations_) {
+    explanation.log_evidence = kNever;
   }
-  const double moved_mm = (place_mm - place_mm_).norm();
-  place_mm_ = place_mm;
-  evidence_.forget(std::exp(-std::max(dt_s, 0.0) / kMemory_s - moved_mm / CoilErrorScale::kNewAfter_mm));
-}
-
-void CoilImageAgreement::remember_places(const Confirmed& shape) {
-  std::rotate(past_.begin(), past_.end() - 1, past_.end());
-  past_count_ = std::min(past_count_ + 1, kPlaces);
-  past_[0].instant = shape.instant;
-  for (int i = 0; i < coil_count(); ++i) {
-    const CubicBasis basis = shape.spline.basis(places_mm_[static_cast<std::size_t>(i)]);
-    past_[0].p_world_mm[static_cast<std::size_t>(i)] = combine(shape.C, basis.first, basis.value);
-  }
-}
-
-// Of the tube there; zero until it is known.
-Eigen::Vector3d CoilImageAgreement::velocity_mm_s(int coil) const {
-  const Places& oldest = past_[kPlaces - 1];
-  const double dt_s = seconds_between(oldest.instant, past_[0].instant);
-  if (past_count_ < kPlaces || !(dt_s > 0) || dt_s > 1) {
-    return Eigen::Vector3d::Zero();
-  }
-  const auto at = static_cast<std::size_t>(coil);
-  return (past_[0].p_world_mm[at] - oldest.p_world_mm[at]) / dt_s;
-}
-
-// Where a coil lies beside a shape hardly changes from image to image: of many images a second each brings
-// less.
-std::optional<CoilImageAgreement::Sight> CoilImageAgreement::look(const Camera& camera,
-                                                                  MonotonicTime instant) {
-  for (int i = 0; i < view_count_; ++i) {
-    SeenView& view = views_[static_cast<std::size_t>(i)];
-    if (view.camera == nullptr || view.camera == &camera) {
-      const double dt_s = view.camera == nullptr ? kNew_s : seconds_between(view.confirmed, instant);
-      view.camera = &camera;
-      view.confirmed = instant;
-      return Sight{i, std::clamp(dt_s / kNew_s, kMinNews, 1.0)};
+  for (const double share : {1.0, kBetterTracker}) {
+    allow(Discord::kNone, share * lasting_mm);
+    seen_.linear().explain(D_);
+    if (!seen_.linear().take_as_base()) {
+      return;
+    }
+    for (Explanation& explanation : explanations_) {
+      if (explanation.discord == Discord::kField) allow(Discord::kField, share * lasting_mm);
+      const double log_p = log_evidence(explanation) + std::log(prior_odds(explanation.discord) / 2);
+      if (log_p > explanation.log_evidence) remember(explanation);
+      explanation.log_evidence = log_sum(explanation.log_evidence, log_p);
     }
   }
-  return std::nullopt;
 }
 
-// The displacement that a wrong registration makes of p, to a side, so many times.
-void CoilImageAgreement::add_registration(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side,
-                                          double weight, Eigen::VectorXd& row) const {
-  row.head<3>() += weight * side;
-  row.segment<3>(kTurn) += weight * (p_mm - centre_mm_).cross(side);
-}
-
-// A displacement of the coil to a side, so many times: what the clock and its neighbours' errors add to it.
-void CoilImageAgreement::add_shared_errors(int coil, const Eigen::Vector3d& side, double weight) {
-  row_[kClockColumn] += weight * side.dot(velocity_mm_s(coil));
-  for (int k = 0; k <= coil; ++k) {
-    row_.segment<3>(shared_column(k)) += weight * neighbours_(coil, k) * side;
+// What the newest explanation of LinearEvidence makes of it.
+void CoilImageAgreement::remember(Explanation& explanation) {
+  const CoilImageModel& model = seen_.model();
+  const Eigen::VectorXd& mean = seen_.linear().mean();
+  explanation.end_mm = seen_.end_row().dot(mean);
+  explanation.registration = mean.head<6>();
+  const int index = explanation.index;
+  const bool of_a_coil =
+      explanation.discord == Discord::kCoil || explanation.discord == Discord::kCoilArcLength;
+  explanation.arc_length_mm = mean[of_a_coil ? model.arc_length_column(index) : CoilImageModel::kArcLength];
+  explanation.clock_s = mean[CoilImageModel::kClock];
+  if (model.view_count() > 0) {
+    explanation.magnification =
+        mean[CoilImageModel::kViews + (explanation.discord == Discord::kMagnification ? index : 0)];
+  }
+  explanation.coil_mm = mean.segment<3>(model.own_column(explanation.discord == Discord::kCoil ? index : 0));
+  // Of "as stated" only what it has found out: what may be wrong in every room is in the shape's own sigma.
+  if (explanation.discord == Discord::kRegistration) {
+    explanation.covariance = seen_.linear().covariance_of_first();
   }
 }
 
-// Along the tube a coil's own error looks like a wrong arc length: where that is too large the coil lies
-// nearer to the tip. Its three numbers would be told by how the tube turns, in directions in which the shape
-// follows.
-void CoilImageAgreement::add_errors_along(int coil, const Eigen::Vector3d& toward_tip, double weight) {
-  add_shared_errors(coil, toward_tip, weight);
-  row_[arc_length_column(coil)] += weight;
+// Moments of the mixture of all explanations.
+void CoilImageAgreement::conclude() {
+  const auto best = std::max_element(
+      explanations_.begin(), explanations_.end(),
+      [](const Explanation& a, const Explanation& b) { return a.log_evidence < b.log_evidence; });
+  if (!std::isfinite(best->log_evidence)) {
+    return;
+  }
+  double sum = 0;
+  for (const Explanation& explanation : explanations_) {
+    sum += std::exp(explanation.log_evidence - best->log_evidence);
+  }
+  registration_square_.setZero();
+  field_square_mm2_ = 0;
+  magnification_square_ = {};
+  verdict_.as_stated = 0;
+  for (const Explanation& explanation : explanations_) {
+    const double probability = std::exp(explanation.log_evidence - best->log_evidence) / sum;
+    registration_square_ += probability * (explanation.covariance +
+                                           explanation.registration * explanation.registration.transpose());
+    if (explanation.discord == Discord::kNone) {
+      verdict_.as_stated = probability;
+    } else if (explanation.discord == Discord::kField) {
+      field_square_mm2_ = probability * squared(kWrongField_mm);
+    } else if (explanation.discord == Discord::kMagnification) {
+      magnification_square_[static_cast<std::size_t>(explanation.index)] =
+          probability * squared(explanation.magnification);
+    }
+  }
+  verdict_.explanation = best->discord;
+  verdict_.index = best->index;
+  verdict_.probability = 1 / sum;
+  verdict_.shift_mm = best->registration.head<3>();
+  verdict_.turn_rad = best->registration.tail<3>();
+  verdict_.coil_mm = best->coil_mm;
+  verdict_.arc_length_mm = best->arc_length_mm;
+  verdict_.clock_s = best->clock_s;
+  verdict_.magnification = best->magnification;
+  verdict_.end_mm = best->end_mm;
+  disagree_ = verdict_.as_stated < (disagree_ ? kCertain : 0.5);
+  const double beyond_tip_mm = seen_.beyond_tip_mm();
+  const double contradicts_mm = end_contradicts_ ? kEndAgrees_mm : kEndContradicts_mm;
+  end_contradicts_ = std::abs(beyond_tip_mm) > contradicts_mm;
+  if (end_contradicts_ && verdict_.explanation == Discord::kNone) {
+    verdict_.explanation = Discord::kArcLengths;
+    verdict_.end_mm = beyond_tip_mm;
+  }
 }
 
-// side . (coil - shape) = side . (shift + turn x (p - centre) + velocity clock + errors of the coil)
-// + magnification times the way from the principal point + noise, with `side` across the tube in the image.
-void CoilImageAgreement::observe_across(const CoilObservations& coils, const Confirmed& shape,
-                                        const ViewConstraints& view, const Sight& sight, double noise_mm) {
-  for (int i = 0; i < coils.count; ++i) {
-    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if ((coil.state != CoilState::kUsed && coil.state != CoilState::kOutlier) || !view.shows(coil.s_mm)) {
+// The registration's error at p is [I, -[p - c]x] (shift, turn). An image holds the point across its rays to
+// kHeld_mm: with K the information of that, M becomes (K + M^-1)^-1 = M (I + K M)^-1.
+Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
+                                          const Eigen::Vector3d& tangent_world, MonotonicTime now) const {
+  const Eigen::Vector3d r_mm = p_world_mm - seen_.model().centre_mm();
+  Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+  J.leftCols<3>().setIdentity();
+  J.rightCols<3>() << 0, r_mm.z(), -r_mm.y(), -r_mm.z(), 0, r_mm.x(), r_mm.y(), -r_mm.x(), 0;
+  Eigen::Matrix3d M =
+      J * registration_square_ * J.transpose() + field_square_mm2_ * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d scaled = Eigen::Matrix3d::Zero();
+  const std::span<const CoilImageEvidence::SeenView> views = seen_.views();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const CoilImageEvidence::SeenView& view = views[i];
+    if (view.camera == nullptr || std::abs(seconds_between(view.confirmed, now)) > kHeldFor_s) {
       continue;
     }
-    const CubicBasis basis = shape.spline.basis(coil.s_mm);
-    const Eigen::Vector3d p_mm = combine(shape.C, basis.first, basis.value);
-    const auto projection = view.camera->project(p_mm);
-    if (!projection) {
+    const auto projection = view.camera->project(p_world_mm);
+    if (!projection || !view.camera->contains(projection->p_image_px) ||
+        is_masked(view.camera->calibration(), projection->p_image_px)) {
       continue;
     }
-    const Eigen::Vector2d along =
-        projection->J_image_world * combine(shape.C, basis.first, basis.first_derivative);
-    const Eigen::Vector2d across = Eigen::Vector2d(-along.y(), along.x()).normalized();
-    const Eigen::Vector3d gradient = projection->J_image_world.transpose() * across;
-    const double px_per_mm = gradient.norm();
-    const Eigen::Vector3d side = gradient / px_per_mm;
-    const CameraCalibration& camera = view.camera->calibration();
-    row_.setZero();
-    add_registration(p_mm, side, 1, row_);
-    add_shared_errors(i, side, 1);
-    row_.segment<3>(own_column(i)) += side;
-    row_[kViews + sight.index] =
-        across.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-    const auto index = static_cast<std::size_t>(i);
-    const bool is_out = coil.state == CoilState::kOutlier;
-    if (is_out_[index] && !is_out) retract(index);
-    is_out_[index] = is_out;
-    evidence_.add(row_, side.dot(coil.p_world_mm - p_mm),
-                  (squared(noise_mm) + squared(kAcross_mm) + pose_variance_mm2(view)) / sight.news,
-                  kParts * index + (is_out ? kOut : kNewest));
+    const RigidTransform& T_camera_world = view.camera->calibration().T_camera_world;
+    const Eigen::Vector3d p_camera_mm = T_camera_world * p_world_mm;
+    const Eigen::Vector3d ray = T_camera_world.linear().transpose() * p_camera_mm.normalized();
+    K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / squared(kHeld_mm);
+    const Eigen::Vector3d lateral = lateral_mm(*view.camera, p_world_mm);
+    scaled += magnification_square_[i] * lateral * lateral.transpose();
   }
-}
-
-// How much further out the tube ends in the image than coils and arc lengths have it: from the shape's tip to
-// the image's end, less how far the coils lie further out along the tube than the shape, in the mean.
-void CoilImageAgreement::observe_end(const CoilObservations& coils, const Confirmed& shape,
-                                     const ViewConstraints& view, const Sight& sight, double noise_mm,
-                                     double dt_s) {
-  const LineConstraint& end = view.lines[view.count - 1];
-  const int used = coils.used_count();
-  if (view.count < 2 || end.s_mm != 0 || used == 0) {
-    return;
-  }
-  const CubicBasis tip = shape.spline.basis(0);
-  const Eigen::Vector3d tip_mm = combine(shape.C, tip.first, tip.value);
-  const Eigen::Vector3d outward = -combine(shape.C, tip.first, tip.first_derivative).normalized();
-  const auto projection = view.camera->project(tip_mm);
-  if (!projection) {
-    return;
-  }
-  const double px_per_mm = end.normal.dot(projection->J_image_world * outward);
-  const double px_per_mm_across = projection->J_image_world.norm() / std::numbers::sqrt2;
-  if (px_per_mm < kMinEndShare * px_per_mm_across) {
-    return;
-  }
-  row_.setZero();
-  double further_mm = end.normal.dot(end.target_px - projection->p_image_px) / px_per_mm;
-  beyond_tip_mm_ += std::min(dt_s / kEndMemory_s, 1.0) * (further_mm - beyond_tip_mm_);
-  for (int i = 0; i < coils.count; ++i) {
-    const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
-    if (!coil.used()) {
-      continue;
-    }
-    const CubicBasis basis = shape.spline.basis(coil.s_mm);
-    const Eigen::Vector3d p_mm = combine(shape.C, basis.first, basis.value);
-    const Eigen::Vector3d toward_tip = -combine(shape.C, basis.first, basis.first_derivative).normalized();
-    further_mm -= toward_tip.dot(coil.p_world_mm - p_mm) / used;
-    add_registration(p_mm, toward_tip, -1.0 / used, row_);
-    add_errors_along(i, toward_tip, -1.0 / used);
-  }
-  row_[kArcLength] = -1;  // where they are too large the coils put the end too far out
-  const CameraCalibration& camera = view.camera->calibration();
-  row_[kViews + sight.index] =
-      -end.normal.dot(projection->p_image_px - Eigen::Vector2d(camera.cx, camera.cy)) / px_per_mm;
-  evidence_.add(
-      row_, further_mm,
-      (squared(noise_mm) / used + squared(kEnd_px / px_per_mm) + pose_variance_mm2(view)) / sight.news);
-  end_row_ = row_;
+  M = M * (Eigen::Matrix3d::Identity() + K * M).inverse();
+  const double beyond_tip_mm = seen_.beyond_tip_mm();
+  const double along_mm2 = std::max(squared(beyond_tip_mm) - squared(kEndSeen_mm), 0.0);
+  return M + scaled + along_mm2 * tangent_world * tangent_world.transpose();
 }
 
 }  // namespace tubed

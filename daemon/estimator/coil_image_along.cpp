@@ -1,8 +1,8 @@
-// How coils lie along the tube against each other, for CoilImageAgreement: lengths are kept, so that their
+// How coils lie along the tube against each other, for CoilImageEvidence: lengths are kept, so that their
 // distances along the tube are those of their arc lengths.
 #include <cmath>
 
-#include "daemon/estimator/coil_image_agreement.hpp"
+#include "daemon/estimator/coil_image_evidence.hpp"
 #include "idl/geometry/squared.hpp"
 
 namespace tubed {
@@ -29,19 +29,12 @@ Eigen::Matrix3d shown_part(std::span<const ViewConstraints> views, double s_mm) 
   return shown;
 }
 
-Eigen::Vector3d toward_tip_at(const CoilImageAgreement::Confirmed& shape, double s_mm) {
+Eigen::Vector3d toward_tip_at(const ConfirmedShape& shape, double s_mm) {
   const CubicBasis basis = shape.spline.basis(s_mm);
   return -combine(shape.C, basis.first, basis.first_derivative).normalized();
 }
 
 }  // namespace
-
-// From the camera's axis, in the plane of the image; world.
-Eigen::Vector3d CoilImageAgreement::lateral_mm(const Camera& camera, const Eigen::Vector3d& p_world_mm) {
-  const RigidTransform& T_camera_world = camera.calibration().T_camera_world;
-  const Eigen::Vector3d p_camera_mm = T_camera_world * p_world_mm;
-  return T_camera_world.linear().transpose() * Eigen::Vector3d(p_camera_mm.x(), p_camera_mm.y(), 0);
-}
 
 // What is wrong with all coils, or with an image, puts each point of the tube off by another way u. The shape
 // goes with it by w, which is u where nothing shows the difference, and keeps its lengths, w' . t = 0, as u
@@ -50,7 +43,7 @@ Eigen::Vector3d CoilImageAgreement::lateral_mm(const Camera& camera, const Eigen
 //   r' = (u - w) . t' = (P u) . t'
 // where P is what views show: by nothing where the tube is straight, or bends where no view shows it. A view
 // of another magnification shows each point off by so much of its way from the axis.
-void CoilImageAgreement::add_room_along(const Confirmed& shape, double from_mm, double to_mm) {
+void CoilImageEvidence::add_room_along(const ConfirmedShape& shape, double from_mm, double to_mm) {
   const int steps = static_cast<int>(std::ceil(std::abs(to_mm - from_mm) / kStep_mm));
   Eigen::Vector3d before = toward_tip_at(shape, from_mm);
   for (int i = 1; i <= steps; ++i) {
@@ -59,11 +52,11 @@ void CoilImageAgreement::add_room_along(const Confirmed& shape, double from_mm, 
     const double s_mm = from_mm + (to_mm - from_mm) * (i - 0.5) / steps;
     const CubicBasis basis = shape.spline.basis(s_mm);
     const Eigen::Vector3d p_mm = combine(shape.C, basis.first, basis.value);
-    add_registration(p_mm, shown_part(shape.views, s_mm) * turned, 1, room_row_);
+    model_.add_registration(p_mm, shown_part(shape.views, s_mm) * turned, 1, room_row_);
     for (const ViewConstraints& view : shape.views) {
-      for (int k = 0; k < view_count_ && view.shows(s_mm); ++k) {
+      for (int k = 0; k < model_.view_count() && view.shows(s_mm); ++k) {
         if (views_[static_cast<std::size_t>(k)].camera == view.camera) {
-          room_row_[kViews + k] += lateral_mm(*view.camera, p_mm).dot(turned);
+          room_row_[CoilImageModel::kViews + k] += lateral_mm(*view.camera, p_mm).dot(turned);
         }
       }
     }
@@ -74,8 +67,8 @@ void CoilImageAgreement::add_room_along(const Confirmed& shape, double from_mm, 
 // t . (coil_k - shape) - the mean of the same over coils 0 .. k - 1, t toward the tip: how far the tube has
 // slid is in all of them. So scaled (Helmert's contrasts) their noise is as that of one coil, and
 // independent.
-void CoilImageAgreement::observe_along(const CoilObservations& coils, const Confirmed& shape, double news,
-                                       double noise_mm) {
+void CoilImageEvidence::observe_along(const CoilObservations& coils, const ConfirmedShape& shape, double news,
+                                      double noise_mm) {
   const double variance_mm2 = (squared(noise_mm) + squared(kAlong_mm)) / news;
   room_row_.setZero();
   sum_row_.setZero();
@@ -92,11 +85,11 @@ void CoilImageAgreement::observe_along(const CoilObservations& coils, const Conf
     const double further_mm = toward_tip.dot(coil.p_world_mm - combine(shape.C, basis.first, basis.value));
     if (used > 0) add_room_along(shape, before_mm, coil.s_mm);
     row_ = room_row_;
-    add_errors_along(i, toward_tip, 1);
+    model_.add_errors_along(i, toward_tip, 1, row_);
     if (used > 0) {
       const double scale = std::sqrt(used / (used + 1.0));
       contrast_ = scale * (row_ - sum_row_ / used);
-      evidence_.add(contrast_, scale * (further_mm - sum_mm / used), variance_mm2, along_part());
+      linear_.add(contrast_, scale * (further_mm - sum_mm / used), variance_mm2, along_part());
     }
     sum_row_ += row_;
     sum_mm += further_mm;

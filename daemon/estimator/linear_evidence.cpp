@@ -1,19 +1,30 @@
 #include "daemon/estimator/linear_evidence.hpp"
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "idl/geometry/squared.hpp"
+
 namespace tubed {
+
+namespace {
+
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+
+}  // namespace
 
 LinearEvidence::LinearEvidence(Eigen::Index unknowns, std::size_t parts)
     : for_good_{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)},
       parts_(parts, for_good_),
       frozen_(for_good_),
       cholesky_(unknowns),
-      inverse_(for_good_.information),
       D_(for_good_.vector),
       scaled_(for_good_.vector),
-      mean_(for_good_.vector) {}
+      mean_(for_good_.vector),
+      base_{0, D_, mean_, for_good_.information},
+      rows_(static_cast<Eigen::Index>(kMaxWidened), unknowns) {}
 
 void LinearEvidence::Sums::clear() {
   information.setZero();
@@ -77,7 +88,7 @@ double LinearEvidence::explain(const Eigen::VectorXd& D) {
   }
   if (!cholesky_.factorise()) {
     mean_.setZero();
-    return -std::numeric_limits<double>::infinity();
+    return log_evidence_ = kNever;
   }
   const double half_log_determinant = cholesky_.matrix().diagonal().array().log().sum();
   scaled_ = D.cwiseProduct(frozen_.vector);
@@ -85,15 +96,67 @@ double LinearEvidence::explain(const Eigen::VectorXd& D) {
   cholesky_.solve(mean_);
   const double square = scaled_.dot(mean_);
   mean_ = mean_.cwiseProduct(D);
-  return square / 2 - half_log_determinant;
+  return log_evidence_ = square / 2 - half_log_determinant;
 }
 
-bool LinearEvidence::covariance_of_first(Eigen::Matrix<double, 6, 6>& covariance) {
-  if (!cholesky_.invert(inverse_)) {
+bool LinearEvidence::take_as_base() {
+  if (log_evidence_ == kNever || !cholesky_.invert(base_.covariance)) {
     return false;
   }
-  covariance = D_.head<6>().asDiagonal() * inverse_.topLeftCorner<6, 6>() * D_.head<6>().asDiagonal();
+  base_.log_evidence = log_evidence_;
+  base_.D = D_;
+  base_.mean = mean_;
+  for (Eigen::Index column = 0; column < D_.size(); ++column) {
+    base_.covariance.col(column).array() *= D_.array() * D_[column];
+  }
   return true;
+}
+
+double LinearEvidence::widened(std::span<const Widened> unknowns) {
+  const auto count = static_cast<Eigen::Index>(std::min(unknowns.size(), kMaxWidened));
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxWidened, 1> S(count);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxWidened, 1> m(count);
+  double log_evidence = base_.log_evidence;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto [unknown, sigma] = unknowns[static_cast<std::size_t>(i)];
+    const double base_sigma = base_.D[unknown];
+    const double ratio = std::max(sigma / base_sigma, 1.0);
+    S[i] = std::sqrt(1 - 1 / squared(ratio)) / base_sigma;
+    m[i] = base_.mean[unknown];
+    rows_.row(i) = base_.covariance.row(unknown);
+    log_evidence -= std::log(ratio);
+  }
+  Small C = Small::Identity(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index k = 0; k < count; ++k) {
+      C(i, k) -= S[i] * rows_(i, unknowns[static_cast<std::size_t>(k)].unknown) * S[k];
+    }
+  }
+  const Eigen::LLT<Small> factor(C);
+  if (factor.info() != Eigen::Success) {
+    mean_.setZero();
+    return kNever;
+  }
+  gained_ = factor.solve(Small(S.asDiagonal()));
+  gained_ = S.asDiagonal() * gained_;
+  log_evidence += m.dot(gained_ * m) / 2 - factor.matrixLLT().diagonal().array().log().sum();
+  mean_ = base_.mean;
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxWidened, 1> way = gained_ * m;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    mean_ += way[i] * rows_.row(i).transpose();
+  }
+  return log_evidence;
+}
+
+Eigen::Matrix<double, 6, 6> LinearEvidence::covariance_of_first() const {
+  const auto rows = rows_.topLeftCorner(gained_.rows(), 6);
+  Eigen::Matrix<double, 6, 6> gained = Eigen::Matrix<double, 6, 6>::Zero();
+  for (Eigen::Index i = 0; i < gained_.rows(); ++i) {
+    for (Eigen::Index k = 0; k < gained_.cols(); ++k) {
+      gained += gained_(i, k) * rows.row(i).transpose() * rows.row(k);
+    }
+  }
+  return base_.covariance.topLeftCorner<6, 6>() + gained;
 }
 
 }  // namespace tubed

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "daemon/estimator/dense_cholesky.hpp"
@@ -16,7 +17,15 @@ namespace tubed {
 ///   log p(r | D) = -1/2 log det A + 1/2 g^T A^-1 g + what all explanations share,
 ///   E(x) = D A^-1 g,   Cov(x) = D A^-1 D.
 /// A zero in D fixes that unknown at zero. What is added to a part can be taken back as a whole, until it is
-/// kept. Of one thread; memory is taken in the constructor.
+/// kept.
+///
+/// A prior that differs from another one in a few unknowns J costs a factorisation of that size only. With
+/// V = D A^-1 D and m = V h of the other one, and what the change takes away from the prior's information,
+/// Delta = D_J^-2 - D'_J^-2, and S = Delta^(1/2),
+///   C  = I - S V_JJ S,   which is positive definite: V_JJ <= D_J^2 < Delta^-1,
+///   log p(r | D') = log p(r | D) - sum log(D'_j / D_j) - 1/2 log det C + 1/2 (S m_J)^T C^-1 (S m_J),
+///   m' = m + V_:J S C^-1 S m_J,   V' = V + V_:J S C^-1 S V_J:
+/// (Woodbury's identity and Sylvester's on determinants). Of one thread; memory is taken in the constructor.
 class LinearEvidence {
  public:
   explicit LinearEvidence(Eigen::Index unknowns, std::size_t parts = 0);
@@ -42,11 +51,23 @@ class LinearEvidence {
   /// minus infinity where the matrix is not positive definite (numbers that are not finite).
   double explain(const Eigen::VectorXd& D);
 
-  /// E(x) of the newest explanation.
+  /// Takes the newest explanation as the one that widened() widens. False when its covariance is not finite,
+  /// or explain() did not return a number.
+  bool take_as_base();
+
+  static constexpr std::size_t kMaxWidened = 6;
+  struct Widened {
+    Eigen::Index unknown = 0;
+    double sigma = 0;  ///< instead of the base's; where it is not larger, the base's stays
+  };
+  /// The same as explain() of the base's D with these unknowns, kMaxWidened of them at most, allowed more.
+  /// Precondition: take_as_base() was true, the base's D is positive there.
+  double widened(std::span<const Widened> unknowns);
+
+  /// E(x) of the newest explanation, of either kind.
   [[nodiscard]] const Eigen::VectorXd& mean() const { return mean_; }
-  /// Cov(x) of the first six unknowns of the newest explanation. False when it is not finite. Precondition:
-  /// explain() returned a number.
-  bool covariance_of_first(Eigen::Matrix<double, 6, 6>& covariance);
+  /// Cov(x) of the first six unknowns of the newest explanation, which is one of widened().
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance_of_first() const;
 
  private:
   /// L and h.
@@ -58,14 +79,26 @@ class LinearEvidence {
     void take(Sums& other);
   };
 
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxWidened, kMaxWidened>;
+  struct Base {
+    double log_evidence = 0;
+    Eigen::VectorXd D;
+    Eigen::VectorXd mean;        ///< m
+    Eigen::MatrixXd covariance;  ///< V
+  };
+
   Sums for_good_;
   std::vector<Sums> parts_;
   Sums frozen_;
   DenseCholesky cholesky_;
-  Eigen::MatrixXd inverse_;
   Eigen::VectorXd D_;
   Eigen::VectorXd scaled_;
   Eigen::VectorXd mean_;
+  double log_evidence_ = 0;
+  Base base_;
+  /// Of the newest widened(): S C^-1 S, and the rows V_J: of the base.
+  Small gained_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows_;
 };
 
 }  // namespace tubed

@@ -140,13 +140,13 @@ TEST(CoilImageAgreement, CoilsThatAreOffEachInItsOwnWayAreAField) {
 TEST(CoilImageAgreement, WhatIsMendedIsForgotten) {
   AgreementBench bench;
   EXPECT_TRUE(bench.watch(5, registered_wrong({6, 4, 0}, 0)).disagree());
-  EXPECT_FALSE(bench.watch(6 * CoilImageAgreement::kMemory_s, as_it_is).disagree());
+  EXPECT_FALSE(bench.watch(6 * CoilImageEvidence::kMemory_s, as_it_is).disagree());
 }
 
 TEST(CoilImageAgreement, ALongMistakeIsForgottenAsSoonAsAShortOne) {
   AgreementBench bench;
-  EXPECT_TRUE(bench.watch(10 * CoilImageAgreement::kMemory_s, registered_wrong({6, 4, 0}, 0)).disagree());
-  EXPECT_FALSE(bench.watch(6 * CoilImageAgreement::kMemory_s, as_it_is).disagree());
+  EXPECT_TRUE(bench.watch(10 * CoilImageEvidence::kMemory_s, registered_wrong({6, 4, 0}, 0)).disagree());
+  EXPECT_FALSE(bench.watch(6 * CoilImageEvidence::kMemory_s, as_it_is).disagree());
 }
 
 TEST(CoilImageAgreement, TheWordIsTakenBackOnlyWhenItIsCertain) {

@@ -4,9 +4,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 namespace tubed {
 namespace {
@@ -65,9 +67,60 @@ TEST(LinearEvidence, HasTheMeanAndTheCovarianceOfTheNormalEquations) {
   Eigen::MatrixXd N = residuals.A.transpose() * W * residuals.A;
   N.diagonal() += D.array().square().inverse().matrix();
   EXPECT_LT((evidence.mean() - N.llt().solve(residuals.A.transpose() * W * residuals.r)).norm(), 1e-9);
-  Eigen::Matrix<double, 6, 6> covariance;
-  ASSERT_TRUE(evidence.covariance_of_first(covariance));
-  EXPECT_LT((covariance - N.inverse().topLeftCorner<6, 6>()).norm(), 1e-9);
+  ASSERT_TRUE(evidence.take_as_base());
+  evidence.widened({});
+  EXPECT_LT((evidence.covariance_of_first() - N.inverse().topLeftCorner<6, 6>()).norm(), 1e-9);
+}
+
+/// A base, and what of it is allowed more: one unknown, and two together.
+struct WidenedCase {
+  std::vector<LinearEvidence::Widened> unknowns;
+};
+
+class LinearEvidenceWidened : public testing::TestWithParam<WidenedCase> {
+ protected:
+  static Eigen::VectorXd base() { return Eigen::VectorXd::LinSpaced(kUnknowns, 0.2, 1.5); }
+  [[nodiscard]] static Eigen::VectorXd all_of(const WidenedCase& widened) {
+    Eigen::VectorXd D = base();
+    for (const auto& [unknown, sigma] : widened.unknowns) D[unknown] = std::max(sigma, D[unknown]);
+    return D;
+  }
+};
+
+TEST_P(LinearEvidenceWidened, IsTheExplanationThatAllowsThoseUnknownsMore) {
+  LinearEvidence whole = Residuals().taken();
+  const double expected = whole.explain(all_of(GetParam()));
+  LinearEvidence evidence = Residuals().taken();
+  evidence.explain(base());
+  ASSERT_TRUE(evidence.take_as_base());
+  EXPECT_NEAR(evidence.widened(GetParam().unknowns), expected, 1e-9);
+  EXPECT_LT((evidence.mean() - whole.mean()).norm(), 1e-9);
+  ASSERT_TRUE(whole.take_as_base());
+  whole.widened({});
+  EXPECT_LT((evidence.covariance_of_first() - whole.covariance_of_first()).norm(), 1e-8);
+}
+
+TEST_P(LinearEvidenceWidened, LeavesTheBaseAsItIs) {
+  LinearEvidence evidence = Residuals().taken();
+  const double expected = evidence.explain(base());
+  const Eigen::VectorXd mean = evidence.mean();
+  ASSERT_TRUE(evidence.take_as_base());
+  evidence.widened(GetParam().unknowns);
+  EXPECT_EQ(evidence.widened({}), expected);
+  EXPECT_EQ((evidence.mean() - mean).norm(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LinearEvidenceWidened,
+                         testing::Values(WidenedCase{{{0, 7}}}, WidenedCase{{{8, 1e4}}},
+                                         WidenedCase{{{4, 0.1}}}, WidenedCase{{{7, 20}, {2, 3}}},
+                                         WidenedCase{{{0, 9}, {1, 9}, {2, 9}, {3, 4}, {4, 4}, {5, 1e3}}}));
+
+TEST(LinearEvidence, WithoutAFiniteCovarianceThereIsNoBase) {
+  LinearEvidence evidence = Residuals().taken();
+  evidence.add(Eigen::VectorXd::Constant(kUnknowns, std::numeric_limits<double>::infinity()), 1, 1);
+  evidence.freeze();
+  evidence.explain(wide_first());
+  EXPECT_FALSE(evidence.take_as_base());
 }
 
 TEST(LinearEvidence, AnUnknownThatMayNotVaryIsZero) {
