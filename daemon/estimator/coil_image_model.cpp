@@ -9,6 +9,7 @@ namespace tubed {
 namespace {
 
 constexpr double kShared_mm = 200;  // along the tube, over which coils share what they are off by
+constexpr double kMoved_mm = 0.85;  // between two images: two sigma of what is no motion, 0.3 mm an image
 
 // Lower triangular L with L L^T = covariance of what coils share, of unit variance.
 Eigen::MatrixXd shared_by_neighbours(const std::vector<double>& places_mm) {
@@ -60,7 +61,8 @@ void CoilImageModel::follow(const ConfirmedShape& shape) {
   }
 }
 
-// Of the tube at the coil; zero until it is known.
+// Of the tube at the coil; zero until it is known. A still tube's shape drifts after its coils' errors, in
+// the very direction in which they lie beside it: as if images came too late.
 Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
   const Places& oldest = past_[kPlaces - 1];
   const double dt_s = seconds_between(oldest.instant, past_[0].instant);
@@ -68,7 +70,8 @@ Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
     return Eigen::Vector3d::Zero();
   }
   const auto at = static_cast<std::size_t>(coil);
-  return (past_[0].p_world_mm[at] - oldest.p_world_mm[at]) / dt_s;
+  const Eigen::Vector3d moved_mm = past_[0].p_world_mm[at] - oldest.p_world_mm[at];
+  return moved_mm.norm() > kMoved_mm ? Eigen::Vector3d(moved_mm / dt_s) : Eigen::Vector3d::Zero();
 }
 
 void CoilImageModel::add_registration(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight,

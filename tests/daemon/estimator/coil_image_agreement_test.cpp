@@ -105,6 +105,21 @@ TEST(CoilImageAgreement, LateImagesAreNamedWhereTheTubeMoves) {
   EXPECT_NE(bench.words().find("too late"), std::string::npos) << bench.words();
 }
 
+// The shape follows what the coils are off by, each time anew: its motion and their offset have one
+// direction.
+TEST(CoilImageAgreement, AShapeThatDriftsAfterItsCoilsSaysNothingOfTheClock) {
+  AgreementBench bench;
+  const Eigen::Vector3d way_mm(0.55, 0.45, 0);
+  const auto since_jump = [](double t_s) { return std::fmod(t_s, 1.0) / 0.5; };
+  bench.motion_mm = [=](double t_s) -> Eigen::Vector3d { return -std::exp(-since_jump(t_s)) * way_mm; };
+  const auto jumps = [=](const Eigen::Vector3d& p_mm, int, double t_s) -> Eigen::Vector3d {
+    return p_mm + std::exp(-since_jump(t_s)) * way_mm;
+  };
+  const CoilImageAgreement& agreement = bench.watch(12, jumps);
+  EXPECT_FALSE(agreement.disagree()) << bench.words();
+  EXPECT_GT(agreement.verdict().as_stated, 0.9);
+}
+
 TEST(CoilImageAgreement, AWrongFocalLengthIsNamed) {
   AgreementBench bench;
   bench.image_scale = 1 / 1.08;  // a focal length that is stated 8 % too large makes all of it smaller
