@@ -38,7 +38,7 @@ class CoilImageEvidence {
 
   /// Of the newest end of the tube that was seen.
   [[nodiscard]] const Eigen::VectorXd& end_row() const { return end_row_; }
-  /// How far further out than the shape's the images have the end of the tube, in the mean over kEndMemory_s.
+  /// How far further out than the shape's the images have the end of the tube, in the mean over two seconds.
   [[nodiscard]] double beyond_tip_mm() const { return beyond_tip_mm_; }
 
   static constexpr double kMemory_s = 6;

@@ -23,8 +23,7 @@ LinearEvidence::LinearEvidence(Eigen::Index unknowns, std::size_t parts)
       D_(for_good_.vector),
       scaled_(for_good_.vector),
       mean_(for_good_.vector),
-      base_{0, D_, mean_, for_good_.information},
-      rows_(static_cast<Eigen::Index>(kMaxWidened), unknowns) {}
+      base_{0, D_, mean_, for_good_.information} {}
 
 void LinearEvidence::Sums::clear() {
   information.setZero();
@@ -123,13 +122,16 @@ double LinearEvidence::widened(std::span<const Widened> unknowns) {
     const double ratio = std::max(sigma / base_sigma, 1.0);
     S[i] = std::sqrt(1 - 1 / squared(ratio)) / base_sigma;
     m[i] = base_.mean[unknown];
-    rows_.row(i) = base_.covariance.row(unknown);
+    J_[static_cast<std::size_t>(i)] = unknown;
     log_evidence -= std::log(ratio);
   }
+  const auto V = [this](Eigen::Index i, Eigen::Index k) {
+    return base_.covariance(J_[static_cast<std::size_t>(i)], J_[static_cast<std::size_t>(k)]);
+  };
   Small C = Small::Identity(count, count);
   for (Eigen::Index i = 0; i < count; ++i) {
     for (Eigen::Index k = 0; k < count; ++k) {
-      C(i, k) -= S[i] * rows_(i, unknowns[static_cast<std::size_t>(k)].unknown) * S[k];
+      C(i, k) -= S[i] * V(i, k) * S[k];
     }
   }
   const Eigen::LLT<Small> factor(C);
@@ -143,17 +145,19 @@ double LinearEvidence::widened(std::span<const Widened> unknowns) {
   mean_ = base_.mean;
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxWidened, 1> way = gained_ * m;
   for (Eigen::Index i = 0; i < count; ++i) {
-    mean_ += way[i] * rows_.row(i).transpose();
+    mean_ += way[i] * base_.covariance.col(J_[static_cast<std::size_t>(i)]);
   }
   return log_evidence;
 }
 
 Eigen::Matrix<double, 6, 6> LinearEvidence::covariance_of_first() const {
-  const auto rows = rows_.topLeftCorner(gained_.rows(), 6);
+  const auto column = [this](Eigen::Index i) {
+    return base_.covariance.col(J_[static_cast<std::size_t>(i)]).head<6>();
+  };
   Eigen::Matrix<double, 6, 6> gained = Eigen::Matrix<double, 6, 6>::Zero();
   for (Eigen::Index i = 0; i < gained_.rows(); ++i) {
     for (Eigen::Index k = 0; k < gained_.cols(); ++k) {
-      gained += gained_(i, k) * rows.row(i).transpose() * rows.row(k);
+      gained += gained_(i, k) * column(i) * column(k).transpose();
     }
   }
   return base_.covariance.topLeftCorner<6, 6>() + gained;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -96,9 +97,9 @@ class LinearEvidence {
   Eigen::VectorXd mean_;
   double log_evidence_ = 0;
   Base base_;
-  /// Of the newest widened(): S C^-1 S, and the rows V_J: of the base.
+  /// Of the newest widened(): J, and S C^-1 S.
+  std::array<Eigen::Index, kMaxWidened> J_{};
   Small gained_;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows_;
 };
 
 }  // namespace tubed
