@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
 #include <random>
 #include <vector>
 
@@ -72,9 +73,11 @@ TEST(LinearEvidence, HasTheMeanAndTheCovarianceOfTheNormalEquations) {
   EXPECT_LT((evidence.covariance_of_first() - N.inverse().topLeftCorner<6, 6>()).norm(), 1e-9);
 }
 
-/// A base, and what of it is allowed more: one unknown, and two together.
+/// What of the base is allowed more.
 struct WidenedCase {
+  const char* name;
   std::vector<LinearEvidence::Widened> unknowns;
+  friend void PrintTo(const WidenedCase& widened, std::ostream* out) { *out << widened.name; }
 };
 
 class LinearEvidenceWidened : public testing::TestWithParam<WidenedCase> {
@@ -110,10 +113,11 @@ TEST_P(LinearEvidenceWidened, LeavesTheBaseAsItIs) {
   EXPECT_EQ((evidence.mean() - mean).norm(), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, LinearEvidenceWidened,
-                         testing::Values(WidenedCase{{{0, 7}}}, WidenedCase{{{8, 1e4}}},
-                                         WidenedCase{{{4, 0.1}}}, WidenedCase{{{7, 20}, {2, 3}}},
-                                         WidenedCase{{{0, 9}, {1, 9}, {2, 9}, {3, 4}, {4, 4}, {5, 1e3}}}));
+INSTANTIATE_TEST_SUITE_P(
+    All, LinearEvidenceWidened,
+    testing::Values(WidenedCase{"one", {{0, 7}}}, WidenedCase{"muchMore", {{8, 1e4}}},
+                    WidenedCase{"lessThanTheBase", {{4, 0.1}}}, WidenedCase{"two", {{7, 20}, {2, 3}}},
+                    WidenedCase{"six", {{0, 9}, {1, 9}, {2, 9}, {3, 4}, {4, 4}, {5, 1e3}}}));
 
 TEST(LinearEvidence, WithoutAFiniteCovarianceThereIsNoBase) {
   LinearEvidence evidence = Residuals().taken();
