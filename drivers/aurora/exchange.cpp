@@ -17,6 +17,7 @@ void Exchange::attach(ByteChannel& channel) noexcept {
   channel_ = &channel;
   reader_.clear();
   pending_ = gone_ = false;
+  rests_until_ = now();
 }
 
 std::chrono::nanoseconds Exchange::byte_time() const noexcept {

@@ -52,6 +52,10 @@ class Exchange {
   /// Stops waiting for the reply.
   void abandon() noexcept { pending_ = false; }
 
+  /// Nothing should be sent for as long: the tracker needs the time, or an answer may only be late.
+  void rest(std::chrono::nanoseconds time) noexcept { rests_until_ = now() + time; }
+  [[nodiscard]] MonotonicTime rests_until() const noexcept { return rests_until_; }
+
   /// Waits for what comes next, until `until` at most. The reply's payload is good until the next call.
   /// Replies that nobody waits for are given out as well.
   Event listen(MonotonicTime until, Reply& reply) noexcept;
@@ -92,6 +96,7 @@ class Exchange {
   MonotonicTime began_{};  ///< of what is coming in now: not after this
   MonotonicTime answered_{};
   std::uint64_t discarded_ = 0;
+  MonotonicTime rests_until_{};
   MonotonicTime last_byte_{};
 };
 

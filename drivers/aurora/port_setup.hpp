@@ -61,6 +61,7 @@ class PortSetup {
 
   /// Every handle that was met, also those that failed and those whose tool is gone.
   [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return {found_.data(), found_count_}; }
+  [[nodiscard]] const CoilMap& coils() const noexcept { return coils_; }
   /// Of the tracker, as the tools' descriptions have it.
   [[nodiscard]] std::string_view control_unit_serial() const noexcept { return control_unit_serial_.text(); }
   /// What is being done, as "PINIT of handle 0B, 2 of 4".

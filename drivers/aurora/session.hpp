@@ -4,12 +4,11 @@
 
 #include <span>
 
+#include "drivers/aurora/complaints.hpp"
 #include "drivers/aurora/exchange.hpp"
-#include "drivers/aurora/link_search.hpp"
 #include "drivers/aurora/poller.hpp"
-#include "drivers/aurora/port_setup.hpp"
-#include "drivers/aurora/rate_choice.hpp"
-#include "drivers/aurora/resumption.hpp"
+#include "drivers/aurora/tracker_search.hpp"
+#include "drivers/aurora/tracker_setup.hpp"
 #include "drivers/aurora/words.hpp"
 #include "drivers/interface/tracker_identity.hpp"
 
@@ -44,7 +43,11 @@ class Session {
     kProblem,      ///< see problem(); run() goes on
     kGone          ///< the channel is gone: attach() another
   };
-  enum class Phase { kSearch, kHalt, kInitialise, kSetRate, kPorts, kIdentify, kStart, kTrack };
+  enum class Phase {
+    kSearch,  ///< TrackerSearch works
+    kSetup,   ///< TrackerSetup
+    kTrack    ///< Poller
+  };
 
   /// `tools` (and their bytes) have to outlive the session.
   Session(const SessionSettings& settings, const CoilMap& coils, std::span<const ToolDefinition> tools);
@@ -61,7 +64,7 @@ class Session {
   void close() noexcept;
 
   /// What is wrong and what to do, after kProblem.
-  [[nodiscard]] const Problem& problem() const noexcept { return problem_; }
+  [[nodiscard]] const Problem& problem() const noexcept { return complaints_.last(); }
   /// What there is to say now, the cause first: while tracking what is lacking, otherwise what is wrong, or
   /// what is being done. Empty when all is well.
   [[nodiscard]] Problem describe() const noexcept;
@@ -70,19 +73,21 @@ class Session {
   [[nodiscard]] const TrackerIdentity& identity() const noexcept { return identity_; }
   /// "AURORA Rev 008", or empty when the tracker did not say.
   [[nodiscard]] std::string_view firmware() const noexcept { return identity_.firmware.text(); }
-  [[nodiscard]] const std::optional<ApiRevision>& api_revision() const noexcept { return api_revision_; }
+  [[nodiscard]] const std::optional<ApiRevision>& api_revision() const noexcept {
+    return setup_.questions().api_revision();
+  }
   /// Rate of the host's port, bits per second.
   [[nodiscard]] int baud() const noexcept { return exchange_.baud(); }
   /// What is plugged in, as of the last look.
-  [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return ports_.found(); }
+  [[nodiscard]] std::span<const FoundCoil> found() const noexcept { return setup_.ports().found(); }
   /// Which coils of the configuration are not tracked and why; empty when all are. Also those pulled while
   /// tracking.
   [[nodiscard]] Problem missing() const noexcept;
   /// What keeps nothing from being tracked, but somebody may want to know: tools that are not in the
   /// configuration, what the tracker complains of.
   [[nodiscard]] Problem notes() const noexcept;
-  [[nodiscard]] const CoilMap& coils() const noexcept { return coils_; }
-  [[nodiscard]] const SessionCounts& counts() const noexcept { return counts_; }
+  [[nodiscard]] const CoilMap& coils() const noexcept { return setup_.ports().coils(); }
+  [[nodiscard]] SessionCounts counts() const noexcept;
   [[nodiscard]] const Poller& poller() const noexcept { return poller_; }
   [[nodiscard]] const Exchange& exchange() const noexcept { return exchange_; }
   [[nodiscard]] WireTrace& trace() noexcept { return exchange_.trace(); }
@@ -90,61 +95,25 @@ class Session {
  private:
   Event track(MonotonicTime deadline, EmFrame& frame) noexcept;
   void send_next() noexcept;
-  void send_search() noexcept;
-  void send(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
   void take(const Reply* reply) noexcept;
   void take_search(const Reply* reply) noexcept;
-  void take_unchanged(const Reply& reply) noexcept;
-  void not_found() noexcept;
-  void take_halt(const Reply* reply) noexcept;
-  void take_initialise(const Reply* reply) noexcept;
-  void take_identify(const Reply* reply) noexcept;
-  [[nodiscard]] CommandLine identity_question() const noexcept;
-  void identify_tools() noexcept;
-  [[nodiscard]] Problem contradiction() const noexcept;
-  void take_rate(const Reply* reply) noexcept;
-  void take_ports(const Reply* reply) noexcept;
-  void take_start(const Reply* reply) noexcept;
-  void ports_done() noexcept;
+  void set_up() noexcept;
+  void set_up_after_halt(TrackerSetup::Step step) noexcept;
   void start_tracking() noexcept;
-  void enter(Phase phase) noexcept;
-  void halt_then(Phase phase) noexcept;
   void search_again() noexcept;
   void was_reset() noexcept;
-  void complain(const Problem& problem) noexcept;
-  bool retry() noexcept;
-  void initialised() noexcept;
-  void set_rate() noexcept;
-  void out_of_order(Phase phase) noexcept;
+  [[nodiscard]] Problem contradiction() const noexcept;
+  [[nodiscard]] Problem describe_tracking() const noexcept;
   bool command_and_wait(const CommandLine& command, std::chrono::nanoseconds timeout) noexcept;
 
-  CoilMap coils_;
   Exchange exchange_;
-  RateChoice rates_;
-  LinkSearch search_;
-  Resumption resumption_;
-  PortSetup ports_;
+  TrackerSearch search_;
+  TrackerSetup setup_;
   Poller poller_;
+  Complaints complaints_;
   Phase phase_ = Phase::kSearch;
-  Phase after_halt_ = Phase::kInitialise;
-  int attempts_ = 0;
-  bool search_step_begun_ = false;
-  MonotonicTime search_step_ends_{};
-  MonotonicTime wait_until_{};   ///< nothing is sent before
-  bool verifying_rate_ = false;  ///< COMM was answered; nothing has been heard at the new rate
-  BaudRate tracking_rate_ = BaudRate::k9600;
-  bool asking_unchanged_ = false;  ///< resumption_'s command was sent
-  std::size_t question_ = 0;       ///< of those about what the tracker is
-  bool identified_ = false;
-  int detours_ = 0;      ///< from the ports back to TSTOP or INIT, in a row
-  int idle_starts_ = 0;  ///< of tracking, without a measurement, in a row
-  std::optional<ApiRevision> api_revision_;
-  TrackerIdentity learnt_;    ///< being put together while the tracker is set up
+  int idle_starts_ = 0;       ///< of tracking, without a measurement, in a row
   TrackerIdentity identity_;  ///< as of the last start of tracking
-  Problem problem_;
-  Problem trouble_;  ///< what keeps it from measuring, until it measures
-  Problem last_missing_;
-  bool problem_waits_ = false;
   SessionCounts counts_;
 };
 

@@ -24,11 +24,10 @@ void list(Problem& words, std::span<const std::uint8_t> handles) noexcept {
 // While tracking a tool may have been pulled; what was found is from before.
 Problem Session::missing() const noexcept {
   FoundSet pulled;
-  for (std::size_t i = 0; i < ports_.found().size(); ++i) {
-    pulled.set(
-        i, phase_ == Phase::kTrack && ports_.found()[i].usable && poller_.has_lost(ports_.found()[i].handle));
+  for (std::size_t i = 0; i < found().size(); ++i) {
+    pulled.set(i, phase_ == Phase::kTrack && found()[i].usable && poller_.has_lost(found()[i].handle));
   }
-  return describe_missing(coils_, ports_.found(), pulled);
+  return describe_missing(coils(), found(), pulled);
 }
 
 Problem Session::notes() const noexcept {
@@ -41,7 +40,7 @@ Problem Session::notes() const noexcept {
       add(words, newcomer.text());
     }
   }
-  add(words, describe_unused(coils_, ports_.found()).text());
+  add(words, describe_unused(coils(), found()).text());
   return words;
 }
 
@@ -54,36 +53,37 @@ Problem Session::contradiction() const noexcept {
 }
 
 Problem Session::describe() const noexcept {
-  Problem words;
-  switch (phase_) {
-    case Phase::kTrack:
-      if (poller_.handles_contradict()) {
-        add(words, contradiction().text());
-      } else if (!(trouble_ == missing())) {
-        add(words, trouble_.text());
-      }
-      add(words, missing().text());
-      add(words, notes().text());
-      return words;
-    case Phase::kPorts:
-      if (trouble_.empty()) {
-        return words << "setting up the tools: " << ports_.progress().text();
-      }
-      break;
-    case Phase::kSearch:
-      if (trouble_.empty()) {
-        return words << "looking for the tracker at " << exchange_.baud() << " baud";
-      }
-      break;
-    case Phase::kStart:
-      if (trouble_.empty()) {
-        return words << "starting to track";
-      }
-      break;
-    default:
-      break;
+  if (phase_ == Phase::kTrack) {
+    return describe_tracking();
   }
-  return trouble_;
+  Problem words;
+  if (!complaints_.lasting().empty()) {
+    return complaints_.lasting();
+  }
+  if (phase_ == Phase::kSearch) {
+    return words << "looking for the tracker at " << exchange_.baud() << " baud";
+  }
+  switch (setup_.step()) {
+    case TrackerSetup::Step::kPorts:
+      return words << "setting up the tools: " << setup_.ports().progress().text();
+    case TrackerSetup::Step::kStart:
+      return words << "starting to track";
+    default:
+      return words;
+  }
+}
+
+Problem Session::describe_tracking() const noexcept {
+  Problem words;
+  const Problem lacking = missing();
+  if (poller_.handles_contradict()) {
+    add(words, contradiction().text());
+  } else if (!(complaints_.lasting() == lacking)) {
+    add(words, complaints_.lasting().text());
+  }
+  add(words, lacking.text());
+  add(words, notes().text());
+  return words;
 }
 
 }  // namespace tubed::aurora

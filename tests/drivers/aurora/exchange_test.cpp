@@ -2,39 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <string>
+
+#include "tests/drivers/aurora/scripted_channel.hpp"
 
 namespace tubed::aurora {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr MonotonicTime kStart = from_ns(5'000'000'000);
-
-/// Hands over what the script has, when it has it.
-class ScriptedChannel final : public ByteChannel {
- public:
-  std::deque<std::pair<MonotonicTime, std::string>> script;
-  MonotonicTime time = kStart;
-
-  MonotonicTime now() noexcept override { return time; }
-  bool write(Bytes /*bytes*/) noexcept override { return true; }
-  Arrival read(std::span<std::uint8_t> room, MonotonicTime deadline) noexcept override {
-    if (script.empty() || script.front().first > deadline) {
-      time = std::max(time, deadline);
-      return {};
-    }
-    time = std::max(time, script.front().first);
-    const std::string bytes = script.front().second;
-    script.pop_front();
-    std::copy(bytes.begin(), bytes.end(), room.begin());
-    return {bytes.size(), false};
-  }
-  bool knows_baud(int /*bits_per_second*/) noexcept override { return true; }
-  bool set_baud(int /*bits_per_second*/) noexcept override { return true; }
-  bool send_break() noexcept override { return true; }
-};
+constexpr MonotonicTime kStart = ScriptedChannel::kStart;
 
 class ExchangeTest : public testing::Test {
  protected:
