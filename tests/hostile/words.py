@@ -10,7 +10,7 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "system"))
 import bed as beds  # noqa: E402
 import calm  # noqa: E402
-from bed import Skip, check, say  # noqa: E402
+from bed import Skip, check, need_preloading, say  # noqa: E402
 
 HARM = b"A\n2026-01-01T00:00:00.000 error FORGED\r\x1b[2J\xff\xc3"
 # What no terminal and no reader of lines may get: controls of seven and eight bits, overrides, separators.
@@ -73,6 +73,7 @@ class WriterSettings(ctypes.Structure):
 
 
 def a_grabbers_name_forges_no_line_of_the_log(bed):
+    need_preloading()
     found = list(bed.programs.parent.rglob("libtubed_shm.so*"))
     if not found:
         raise Skip("no libtubed_shm.so: build it first")

@@ -13,7 +13,7 @@ import time
 
 import bed as beds
 from bed import (Skip, age_when_made_ns, check, check_timing, is_fused, is_valid, longest_gap_ms, milliseconds,
-                 need_preloading, rate_hz, say)
+                 need_preloading, need_real_time, rate_hz, say)
 
 PACKETS = int(os.environ.get("TUBED_PACKETS", "50000"))
 RATE_HZ = (29.5, 30.5)
@@ -53,6 +53,7 @@ def undisturbed(subscriber, since_ns, what):
 
 
 def stopped_and_killed_subscribers_cost_the_others_nothing(bed):
+    need_real_time()
     daemon, judge = bed.tracked()
     others = [bed.subscribe() for _ in range(4)]
     for other in others:
@@ -79,6 +80,7 @@ def stopped_and_killed_subscribers_cost_the_others_nothing(bed):
 
 
 def a_hundred_subscribers_come_and_go_and_leave_nothing(bed):
+    need_real_time()
     daemon, judge = bed.tracked()
     time.sleep(1)
     before_mb, before_fds = resident_mb(daemon), descriptor_count(daemon)

@@ -198,6 +198,7 @@ def real_time_threads_wait_for_no_page_of_shared_memory(bed):
 
 
 def a_stopped_reader_costs_nothing_and_a_dead_daemon_is_told_within_250_ms(bed):
+    need_real_time()
     folder = bed.folder / "sequence"
     sequences.write_sequence(folder, SECONDS)
     configuration = configuration_of(bed, folder, "replay", loop=True)

@@ -13,7 +13,7 @@ import bed as beds
 import browser as browsers
 import calm
 import view_client as client
-from bed import check, check_timing, say
+from bed import check, check_timing, need_real_time, say
 
 ADDRESS = f"http://{client.HOST}/"
 # As clients/view/page draws a VALID tube; lines are a mixture of it and black.
@@ -148,6 +148,7 @@ TUBE_ALONE = """
 
 
 def the_tube_is_drawn_where_the_sample_projects(bed):
+    need_real_time()  # a shape that comes late is drawn over a newer image
     bed.tracked(with_previews(bed))
     view(bed)
     window = page(bed, 1000, 900)
@@ -282,6 +283,7 @@ def twenty_tabs_and_a_stalled_one_slow_nobody(bed):
 
 
 def the_demonstration_in_a_browser_has_buttons_that_break_things(bed):
+    need_real_time()
     demo = subprocess.Popen([bed.program("tubectl"), "demo", "--web"], stderr=subprocess.PIPE, text=True, preexec_fn=calm.die_with_parent)
     bed.closing.callback(lambda: (demo.kill(), demo.wait()))
     check(f"open {ADDRESS[:-1]} in a browser" in demo.stderr.readline(), "the demonstration does not say where to look")
