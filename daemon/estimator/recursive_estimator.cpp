@@ -307,7 +307,7 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   }
   views_.forget();  // lines of older images may be what led the shape away
   if (room_.registered) {
-    verdict = start_.fuse_images(observation, coils, views_, ShortPiece::kLost, estimate);
+    verdict = start_.fuse_images(observation, coils, views_, Asked::kToBegin, estimate);
     state_.images.with_tube = verdict == ImageVerdict::kShowsTube ? ImageUpdate::kConfirming : 0;
   }
   suppose_coil_errors();

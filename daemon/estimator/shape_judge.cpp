@@ -117,7 +117,7 @@ bool ShapeJudge::is_better_alone(const Observation& observation, const ShownShap
   CoilObservations alone = coils;
   views_.forget_lines();  // of older instants
   return solver_.solve_em(alone, *found_) &&
-         solver_.fuse_images(observation, alone, views_, ShortPiece::kLost, *found_) ==
+         solver_.fuse_images(observation, alone, views_, Asked::kSecondOpinion, *found_) ==
              ImageVerdict::kShowsTube &&
          found_->image_inlier_ratio >= static_cast<float>(kSeenAsWell) * shown.agreeing &&
          this->distance(coils, shown.map, solver_.C()) < distance;

@@ -40,7 +40,7 @@ void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate
     estimate.reasons.add(Reason::kEmStale);
   } else if (solver_.solve_em(coils, estimate)) {
     if (settings_.mode != EstimatorMode::kEm && registered_) {
-      images = solver_.fuse_images(observation, coils, views_, ShortPiece::kBelieved, estimate);
+      images = solver_.fuse_images(observation, coils, views_, Asked::kOnce, estimate);
       // Between images nobody asks; a coil that holds the tip answers.
       is_ambiguous_ =
           estimate.has_image ? solver_.is_ambiguous() : is_ambiguous_ && solver_.has_loose_tip(coils);

@@ -87,16 +87,20 @@ void SingleFrameSolver::reject_outlier(CoilObservations& coils) {
 }
 
 ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, const CoilObservations& coils,
-                                            TubeViews& views, ShortPiece short_piece,
-                                            TubeEstimate& estimate) {
+                                            TubeViews& views, Asked asked, TubeEstimate& estimate) {
   C_em_ = C_;
   const double coil_cost_before = map_.contradiction(coils, C_);
+  const bool predicts = asked == Asked::kToBegin && map_.invert_at(coils, {}, nullptr, C_);
+  const TubePrediction prediction{&C_em_, &map_.coefficient_covariance()};
   trace_tip(observation, coils, views, estimate);
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    const bool looked =
-        views.measure(observation, map_.spline(), C_, {reach, loose_tip_mm(coils, rest_) == 0}, estimate);
+    const bool looked = views.measure(observation, map_.spline(), C_,
+                                      {.reach_px = reach,
+                                       .tip_is_held = loose_tip_mm(coils, rest_) == 0,
+                                       .prediction = predicts ? &prediction : nullptr},
+                                      estimate);
     const auto lines = views.constraints(observation, 1, false);
     if (!lines.empty()) {
       estimate.iterations += static_cast<std::uint32_t>(
@@ -107,8 +111,7 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
     }
   }
   test_mirrored(observation, coils, views, estimate);
-  const bool may_be_chance =
-      short_piece == ShortPiece::kLost && views.may_agree_by_chance(observation.instant);
+  const bool may_be_chance = asked != Asked::kOnce && views.may_agree_by_chance(observation.instant);
   const ImageVerdict verdict = judge_images(coils, coil_cost_before, may_be_chance, estimate);
   if (verdict == ImageVerdict::kLost) {
     views.forget_instant(observation.instant);

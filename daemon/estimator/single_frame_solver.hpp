@@ -16,10 +16,11 @@ enum class ImageVerdict {
   kLost,         ///< it shows no tube, or another one
 };
 
-/// What to make of an image that has so little of the tube in view that something else may agree by chance.
-enum class ShortPiece {
-  kBelieved,
-  kLost,  ///< who has the next images as well can wait for them
+/// What the images of an instant are asked for.
+enum class Asked {
+  kOnce,           ///< nothing else will be asked of them: what they show is believed
+  kToBegin,        ///< a piece of tube so short that chance may agree with it can wait for the next images
+  kSecondOpinion,  ///< so can it here; which ridge is the tube's the images alone say
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
@@ -48,11 +49,13 @@ class SingleFrameSolver {
   /// From the shape of solve_em(): looks for the tube in the images of the instant and solves coils and lines
   /// together, three rounds with narrowing lines. A tip that no coil holds is followed through the images
   /// before, may bend as it does there (bending()), and is tried on the other side of the depth where it
-  /// turns (MirrorTest). Between images the lines of the newest one help once more. An image that does not
-  /// show the tube (too few lines agree, or are in view and `short_piece` says so, or those that do
-  /// contradict the coils) is dropped and the shape of the coils stays.
+  /// turns (MirrorTest). Between images the lines of the newest one help once more. To begin, the prediction
+  /// of the coils says which of two ridges side by side is the tube's (RidgeChoice); a second opinion that
+  /// was led by it would be nearer to the coils for that reason alone. An image that does not show the tube
+  /// (too few lines agree, or are in view where that can wait, or those that do contradict the coils) is
+  /// dropped and the shape of the coils stays.
   ImageVerdict fuse_images(const Observation& observation, const CoilObservations& coils, TubeViews& views,
-                           ShortPiece short_piece, TubeEstimate& estimate);
+                           Asked asked, TubeEstimate& estimate);
 
   /// Prepares map().covariance() at the shape found. False when that fails.
   bool invert(const Observation& observation, const CoilObservations& coils, TubeViews& views);

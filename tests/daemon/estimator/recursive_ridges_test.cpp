@@ -47,5 +47,18 @@ TEST(RecursiveRidges, AnotherTubeBesideTheTrackedOneIsNotFollowed) {
   }
 }
 
+// From its first image on; coils are up to 4 mm off.
+TEST(RecursiveRidges, OfTwoTubesItBeginsWithTheOneWhereTheCoilsExpectIt) {
+  int right = 0;
+  for (unsigned draw = 0; draw < 10; ++draw) {
+    FilterBench bench;
+    bench.seed = 100 * draw;
+    bench.other_tube_mm = 6;
+    bench.measure_times(4);
+    right += bench.beside_mm() < 1 ? 1 : 0;
+  }
+  EXPECT_EQ(right, 10);
+}
+
 }  // namespace
 }  // namespace tubed
