@@ -18,8 +18,9 @@ constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewher
 constexpr double kEndAgrees_mm = 2.5;
 constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
-constexpr double kSharedShare = 0.7;    // of what stays of a coil's error, its neighbours' share
-constexpr double kBetterTracker = 0.5;  // of what stays, as likely as all of what the settings say
+constexpr double kSharedShare = 0.7;         // of what stays of a coil's error, its neighbours' share
+constexpr double kBetterTracker = 0.5;       // of what stays, as likely as all of what the settings say
+constexpr double kBetterRegistration = 0.2;  // of what is stated, as likely as all of it
 constexpr double kPriorOdds =
     1e-2;  // of each explanation that is not "as stated": a mistake in a hundred procedures
 constexpr double kFieldOdds = 1e-3;  // of coils that are off each in its own way, which explains anything
@@ -41,7 +42,7 @@ constexpr double kWrongCoil_mm = 20;
 double prior_odds(Discord discord) {
   switch (discord) {
     case Discord::kNone:
-      return 1;
+      return 0.5;  // it stands there twice
     case Discord::kField:
       return kFieldOdds;
     case Discord::kMagnification:
@@ -73,7 +74,18 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
     explanations_.push_back({kCoil, coil});
     explanations_.push_back({kCoilArcLength, coil});
   }
-  explanations_.push_back({kField});  // last: it is no small change of the base
+  // Last, because they are no small changes of the base.
+  explanations_.push_back({.discord = kNone, .registration_share = kBetterRegistration});
+  explanations_.push_back({kField});
+  suppose();
+}
+
+// Before anything was seen the registration is as stated, or better.
+void CoilImageAgreement::suppose() {
+  const double mean_square = (1 + squared(kBetterRegistration)) / 2;
+  registration_square_.setZero();
+  registration_square_.diagonal().head<3>().setConstant(mean_square * squared(errors_.shift_mm));
+  registration_square_.diagonal().tail<3>().setConstant(mean_square * squared(errors_.turn_rad));
 }
 
 void CoilImageAgreement::reset() {
@@ -81,9 +93,9 @@ void CoilImageAgreement::reset() {
   verdict_ = Verdict{};
   disagree_ = false;
   end_contradicts_ = false;
-  registration_square_.setZero();
   field_square_mm2_ = 0;
   magnification_square_ = {};
+  suppose();
 }
 
 void CoilImageAgreement::observe(const CoilObservations& coils, const ConfirmedShape& shape, double noise_mm,
@@ -93,17 +105,17 @@ void CoilImageAgreement::observe(const CoilObservations& coils, const ConfirmedS
   conclude();
 }
 
-// D of LinearEvidence where everything is as stated, or the field is another one.
-void CoilImageAgreement::allow(Discord discord, double lasting_mm) {
+// D of LinearEvidence: of everything as stated, of a better registration, or of another field.
+void CoilImageAgreement::allow(const Explanation& explanation, double lasting_mm) {
   const CoilImageModel& model = seen_.model();
   const int coils = model.coil_count();
-  D_.segment<3>(0).setConstant(errors_.shift_mm);
-  D_.segment<3>(CoilImageModel::kTurn).setConstant(errors_.turn_rad);
+  const bool is_field = explanation.discord == Discord::kField;
+  D_.segment<3>(0).setConstant(explanation.registration_share * errors_.shift_mm);
+  D_.segment<3>(CoilImageModel::kTurn).setConstant(explanation.registration_share * errors_.turn_rad);
   D_[CoilImageModel::kArcLength] = errors_.arc_length_mm;
   D_[CoilImageModel::kClock] = errors_.clock_s;
   D_.segment(CoilImageModel::kViews, model.view_count()).setConstant(errors_.magnification);
-  const double own_mm =
-      std::hypot(lasting_mm * std::sqrt(1 - kSharedShare), discord == Discord::kField ? kWrongField_mm : 0);
+  const double own_mm = std::hypot(lasting_mm * std::sqrt(1 - kSharedShare), is_field ? kWrongField_mm : 0);
   D_.segment(model.own_column(0), 3 * coils).setConstant(own_mm);
   D_.segment(model.shared_column(0), 3 * coils).setConstant(lasting_mm * std::sqrt(kSharedShare));
   D_.tail(coils).setConstant(std::hypot(errors_.arc_length_mm, own_mm));
@@ -119,8 +131,12 @@ double CoilImageAgreement::log_evidence(const Explanation& explanation) {
   const auto widen = [&widened, &count](Eigen::Index first, Eigen::Index size, double sigma) {
     for (Eigen::Index i = 0; i < size; ++i) widened[count++] = {first + i, sigma};
   };
+  if (!explanation.widens_base()) {
+    return seen_.linear().explain(D_);
+  }
   switch (explanation.discord) {
     case Discord::kNone:
+    case Discord::kField:
       break;
     case Discord::kRegistration:
       widen(0, 3, kWrongShift_mm);
@@ -135,8 +151,6 @@ double CoilImageAgreement::log_evidence(const Explanation& explanation) {
     case Discord::kMagnification:
       widen(CoilImageModel::kViews + explanation.index, 1, kWrongMagnification);
       break;
-    case Discord::kField:
-      return seen_.linear().explain(D_);
     case Discord::kCoil:
       widen(own, 3, kWrongCoil_mm);
       widen(along, 1, kWrongCoil_mm);
@@ -156,13 +170,13 @@ void CoilImageAgreement::judge(double lasting_mm) {
     explanation.log_evidence = kNever;
   }
   for (const double share : {1.0, kBetterTracker}) {
-    allow(Discord::kNone, share * lasting_mm);
+    allow({}, share * lasting_mm);
     seen_.linear().explain(D_);
     if (!seen_.linear().take_as_base()) {
       return;
     }
     for (Explanation& explanation : explanations_) {
-      if (explanation.discord == Discord::kField) allow(Discord::kField, share * lasting_mm);
+      allow(explanation, share * lasting_mm);
       const double log_p = log_evidence(explanation) + std::log(prior_odds(explanation.discord) / 2);
       if (log_p > explanation.log_evidence) remember(explanation);
       explanation.log_evidence = log_sum(explanation.log_evidence, log_p);
@@ -186,9 +200,10 @@ void CoilImageAgreement::remember(Explanation& explanation) {
         mean[CoilImageModel::kViews + (explanation.discord == Discord::kMagnification ? index : 0)];
   }
   explanation.coil_mm = mean.segment<3>(model.own_column(explanation.discord == Discord::kCoil ? index : 0));
-  // Of "as stated" only what it has found out: what may be wrong in every room is in the shape's own sigma.
-  if (explanation.discord == Discord::kRegistration) {
+  if (explanation.widens_base()) {
     explanation.covariance = seen_.linear().covariance_of_first();
+  } else {
+    explanation.covariance = D_.head<6>().cwiseAbs2().asDiagonal();  // at most
   }
 }
 
@@ -213,7 +228,7 @@ void CoilImageAgreement::conclude() {
     registration_square_ += probability * (explanation.covariance +
                                            explanation.registration * explanation.registration.transpose());
     if (explanation.discord == Discord::kNone) {
-      verdict_.as_stated = probability;
+      verdict_.as_stated += probability;
     } else if (explanation.discord == Discord::kField) {
       field_square_mm2_ = probability * squared(kWrongField_mm);
     } else if (explanation.discord == Discord::kMagnification) {
@@ -245,7 +260,9 @@ void CoilImageAgreement::conclude() {
 // kHeld_mm: with K the information of that, M becomes (K + M^-1)^-1 = M (I + K M)^-1.
 Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
                                           const Eigen::Vector3d& tangent_world, MonotonicTime now) const {
-  const Eigen::Vector3d r_mm = p_world_mm - seen_.model().centre_mm();
+  const CoilImageModel& model = seen_.model();
+  const Eigen::Vector3d r_mm =
+      model.has_centre() ? Eigen::Vector3d(p_world_mm - model.centre_mm()) : Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
   J.leftCols<3>().setIdentity();
   J.rightCols<3>() << 0, r_mm.z(), -r_mm.y(), -r_mm.z(), 0, r_mm.x(), r_mm.y(), -r_mm.x(), 0;

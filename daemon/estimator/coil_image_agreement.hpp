@@ -27,8 +27,10 @@ enum class Discord : std::uint32_t {
 /// (CoilImageEvidence)? Whatever may be wrong in a room is an unknown of one linear model (CoilImageModel).
 /// Explanations are compared by their evidence at each image: "as stated" allows RoomErrors and what the
 /// tracker may be wrong by; each of the others allows one part much more and is a hundred times less likely
-/// before anything was seen. Across one view three of the registration's six numbers show; what does not show
-/// keeps its prior, so that doubt() is large in depth where much is wrong across. Called by the optimizer
+/// before anything was seen. "As stated" stands for two: a registration as far off as is stated, and one a
+/// fifth as far. Across one view three of the registration's six numbers show; what does not show keeps its
+/// prior, so that doubt() is large in depth where much is wrong across, and small where all of it is seen to
+/// be right. Called by the optimizer
 /// thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
@@ -64,8 +66,9 @@ class CoilImageAgreement {
   [[nodiscard]] bool disagree() const { return disagree_ || end_contradicts_; }
 
   /// What has to be added to the covariance (mm^2, world) of the tube's point p with the unit tangent t, for
-  /// a shape that knows of none of this. What images held across themselves within the last second is not
-  /// doubted there.
+  /// a shape that knows of none of this. Before the
+  /// first shape that images confirmed, the registration's shift alone. What images held across themselves
+  /// within the last second is not doubted there.
   [[nodiscard]] Eigen::Matrix3d doubt(const Eigen::Vector3d& p_world_mm, const Eigen::Vector3d& tangent_world,
                                       MonotonicTime now) const;
 
@@ -75,6 +78,7 @@ class CoilImageAgreement {
   struct Explanation {
     Discord discord = Discord::kNone;
     int index = 0;
+    double registration_share = 1;  ///< of what may be wrong with it in this room
     double log_evidence = 0;
     double end_mm = 0;
     double arc_length_mm = 0;
@@ -83,9 +87,13 @@ class CoilImageAgreement {
     Eigen::Vector3d coil_mm = Eigen::Vector3d::Zero();
     Eigen::Matrix<double, 6, 1> registration = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+
+    /// Is it "as stated" with some unknowns that are allowed more?
+    [[nodiscard]] bool widens_base() const { return discord != Discord::kField && registration_share == 1; }
   };
 
-  void allow(Discord discord, double lasting_mm);
+  void suppose();
+  void allow(const Explanation& explanation, double lasting_mm);
   double log_evidence(const Explanation& explanation);
   void judge(double lasting_mm);
   void remember(Explanation& explanation);
@@ -99,7 +107,7 @@ class CoilImageAgreement {
   bool disagree_ = false;
   bool end_contradicts_ = false;
   // Mean squares over all explanations.
-  Eigen::Matrix<double, 6, 6> registration_square_ = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 6> registration_square_;
   double field_square_mm2_ = 0;
   std::array<double, kMaxCameras> magnification_square_{};
 };

@@ -50,6 +50,8 @@ class CoilImageModel {
   /// first one.
   void follow(const ConfirmedShape& shape);
 
+  /// Before the first shape there is no middle of it.
+  [[nodiscard]] bool has_centre() const { return past_count_ > 0; }
   /// About which the registration turns; world.
   [[nodiscard]] const Eigen::Vector3d& centre_mm() const { return centre_mm_; }
 

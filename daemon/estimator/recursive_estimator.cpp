@@ -107,9 +107,13 @@ void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& 
       shape_.time = observation.is_image_instant ? observation.instant : state_.tube.time;
     }
   }
-  const FoundShape shape{&map_.spline(), state_.begun ? &shape_.C : nullptr, shape_.covariance,
-                         shape_.time,    state_.freedom.variance_factor(),   &state_.images.rival,
-                         &agreement_};
+  const FoundShape shape{&map_.spline(),
+                         state_.begun ? &shape_.C : nullptr,
+                         shape_.covariance,
+                         shape_.time,
+                         state_.freedom.variance_factor(),
+                         &state_.images.rival,
+                         room_.registered ? &agreement_ : nullptr};
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);

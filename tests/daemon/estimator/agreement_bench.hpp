@@ -57,8 +57,9 @@ class AgreementBench {
   /// How far the tube as a whole is from where it was at the beginning, at a time.
   std::function<Eigen::Vector3d(double t_s)> motion_mm = [](double) { return Eigen::Vector3d::Zero(); };
   double noise_mm = kNoise_mm;
-  double image_scale = 1;  ///< of the first image, about its middle; the shape keeps its length
-  double end_mm = 0;       ///< by which the tube ends further out in the image
+  double lasting_mm = 0.5;  ///< what else the tracker may be wrong by
+  double image_scale = 1;   ///< of the first image, about its middle; the shape keeps its length
+  double end_mm = 0;        ///< by which the tube ends further out in the image
   bool shows_end = true;
   CoilState third = CoilState::kUsed;  ///< of the third coil
 
@@ -68,7 +69,7 @@ class AgreementBench {
       const double t_s = static_cast<double>(to_ns(now_)) * 1e-9;
       Eigen::Matrix3Xd C = image_scale == 1 ? C_ : scaled();
       C.leftCols(map_.spline().coefficient_count()).colwise() += motion_mm(t_s);
-      agreement_.observe(observed(mistake, t_s), {now_, map_.spline(), C, lines(C)}, kNoise_mm, 0.5);
+      agreement_.observe(observed(mistake, t_s), {now_, map_.spline(), C, lines(C)}, kNoise_mm, lasting_mm);
     }
     return agreement_;
   }

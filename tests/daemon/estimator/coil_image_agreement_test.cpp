@@ -47,11 +47,40 @@ TEST(CoilImageAgreement, AWrongRegistrationIsNamedWithinTwoSeconds) {
 // One view sees nothing of its own depth: where it is wrong across, it may be as wrong there.
 TEST(CoilImageAgreement, WhatIsWrongAcrossIsDoubtedInDepth) {
   AgreementBench bench;
-  EXPECT_LT(bench.sigma_mm(200).z(), 0.1);
+  EXPECT_LT(bench.sigma_mm(200).z(), 1);
   bench.watch(5, registered_wrong({5, 3, 0}, 0));
   EXPECT_GT(bench.sigma_mm(200).z(), 4);
   // The image holds it across itself (x, y but for a little perspective), wherever the coils are.
   EXPECT_LT(bench.sigma_mm(200).head<2>().maxCoeff(), 1.2);
+}
+
+// 1 mm is stated, or a fifth of it is as likely.
+TEST(CoilImageAgreement, BeforeAnythingWasSeenARegistrationIsDoubtedAsStated) {
+  const double sigma_mm = std::sqrt((1 + 0.04) / 2);
+  EXPECT_TRUE(AgreementBench().sigma_mm(100).isApprox(Eigen::Vector3d::Constant(sigma_mm), 1e-9));
+}
+
+// What coils say across the view of the one error that they share says how it is in depth: much where the
+// tracker is good, little where each of them may be off by 4 mm.
+TEST(CoilImageAgreement, ARegistrationThatIsSeenToBeGoodIsBelievedInDepth) {
+  AgreementBench seen;
+  seen.noise_mm = 0.1;
+  EXPECT_FALSE(seen.watch(5, as_it_is).disagree());
+  AgreementBench hidden;
+  hidden.lasting_mm = 4;
+  EXPECT_FALSE(hidden.watch(5, as_it_is).disagree());
+  EXPECT_LT(seen.sigma_mm(kMiddle_mm).z(), 0.9 * hidden.sigma_mm(kMiddle_mm).z());
+  EXPECT_LT(hidden.sigma_mm(kMiddle_mm).z(), AgreementBench().sigma_mm(kMiddle_mm).z());
+  EXPECT_GT(hidden.sigma_mm(kMiddle_mm).z(), 0.5);
+  EXPECT_LT(hidden.sigma_mm(kMiddle_mm).head<2>().maxCoeff(), 0.3);  // which the image holds
+}
+
+// An end of the tube is as far off as the registration's turn about the middle makes it.
+TEST(CoilImageAgreement, TheEndsOfTheTubeAreDoubtedMoreThanItsMiddle) {
+  AgreementBench bench;
+  bench.lasting_mm = 4;
+  bench.watch(5, as_it_is);
+  EXPECT_GT(bench.sigma_mm(0).z(), 1.2 * bench.sigma_mm(190).z());
 }
 
 TEST(CoilImageAgreement, WhatNoImageHasHeldForASecondIsDoubtedAcross) {
@@ -233,7 +262,7 @@ TEST(CoilImageAgreement, AfterAResetNothingIsKnown) {
   const CoilImageAgreement& agreement = bench.forget();
   EXPECT_FALSE(agreement.disagree());
   EXPECT_EQ(agreement.verdict().explanation, Discord::kNone);
-  EXPECT_EQ(bench.sigma_mm(100), Eigen::Vector3d::Zero());
+  EXPECT_EQ(bench.sigma_mm(100), AgreementBench().sigma_mm(100));
 }
 
 TEST(CoilImageAgreement, WordsAreCutToTheirRoom) {

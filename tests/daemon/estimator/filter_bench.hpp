@@ -75,6 +75,7 @@ struct FilterBench {
       RoomDescription displaced = room;
       displaced.cameras[0].T_camera_world.translation().x() += image_off_mm;
       image = image_of_arc(displaced, now, straight_tip_mm > 0 ? Stretch{-1, straight_tip_mm} : hidden);
+      for (float& vesselness : image.vesselness) vesselness *= tube_contrast;
       for (double s = 0; s < straight_tip_mm; s += 0.25) {
         draw_ridge(Camera(displaced.cameras[0]), straight_tip(s), 0.9, image);
       }
@@ -157,6 +158,7 @@ struct FilterBench {
   bool frozen = false;         ///< coils err by the same at each measurement
   Stretch hidden;              ///< of the arc, in the image
   double decoy_mm = 0;         ///< 0: none
+  float tube_contrast = 1;     ///< of the tube against what else there is
   double other_tube_mm = 0;    ///< so far beside that stretch lies another, clearer one; 0: none
   double straight_tip_mm = 0;  ///< so much of the arc is shown going straight on
   std::optional<ViewGeometry> own_geometry{};  ///< that comes with images of the first view

@@ -308,7 +308,7 @@ TEST(RecursiveDoubts, AJerkThatNoCoilShowsByItselfIsMostlyFollowedAtOnce) {
 }
 
 TEST(RecursiveDoubts, WithAJerkSigmaGrows) {
-  FilterBench bench;
+  FilterBench bench(well_registered(one_view_room()));
   bench.with_images = false;
   bench.measure_times(80);
   const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };

@@ -156,7 +156,7 @@ TEST(RecursiveEstimator, TheCovarianceCoversTheErrors) {
 
 // Until enough was measured all is taken for noise. Where that was right, nothing of the average is lost.
 TEST(RecursiveEstimator, NoiseThatTurnsOutToBeAllOfTheErrorIsAveragedOn) {
-  FilterBench bench;
+  FilterBench bench(well_registered(one_view_room()));
   bench.with_images = false;
   const auto variance_mm2 = [&bench] { return bench.estimate->points[64].covariance_mm2[5]; };
   bench.measure();
@@ -173,7 +173,7 @@ TEST(RecursiveEstimator, NoiseThatTurnsOutToBeAllOfTheErrorIsAveragedOn) {
 TEST(RecursiveEstimator, ErrorsThatTurnOutToStayAreNotAveraged) {
   std::array<float, 2> variances_mm2{};
   for (const bool frozen : {false, true}) {
-    FilterBench bench;
+    FilterBench bench(well_registered(one_view_room()));
     bench.with_images = false;
     bench.frozen = frozen;
     for (int i = 0; i < 40; ++i) {

@@ -47,17 +47,19 @@ TEST(RecursiveRidges, AnotherTubeBesideTheTrackedOneIsNotFollowed) {
   }
 }
 
-// From its first image on; coils are up to 4 mm off.
+// At an image; coils are up to 4 mm off, the other tube is the clearer one. The image alone takes it each
+// time.
 TEST(RecursiveRidges, OfTwoTubesItBeginsWithTheOneWhereTheCoilsExpectIt) {
   int right = 0;
-  for (unsigned draw = 0; draw < 10; ++draw) {
+  for (unsigned draw = 0; draw < 20; ++draw) {
     FilterBench bench;
-    bench.seed = 100 * draw;
-    bench.other_tube_mm = 6;
-    bench.measure_times(4);
+    bench.seed = 100 * draw + 3;
+    bench.tube_contrast = 0.5F;
+    bench.other_tube_mm = 4;
+    bench.measure();
     right += bench.beside_mm() < 1 ? 1 : 0;
   }
-  EXPECT_EQ(right, 10);
+  EXPECT_GE(right, 18);
 }
 
 }  // namespace
