@@ -28,7 +28,7 @@ class TrackerSetup {
 
   /// Another host's port: every rate may be tried again.
   void new_channel() noexcept;
-  /// The tracker has forgotten everything, or has fallen silent: begins with INIT.
+  /// The tracker has started anew and has forgotten everything: begins with INIT.
   void begin() noexcept;
   /// It is to leave its mode first; then goes on with `step`.
   void begin_with_halt(Exchange& exchange, Step step) noexcept;
