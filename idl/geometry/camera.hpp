@@ -3,11 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "idl/geometry/rigid_transform.hpp"
@@ -72,8 +75,8 @@ struct CameraCalibration {
   void look_from(const ViewGeometry& view);
 };
 
-/// The keys of a [[camera]]; T_camera_world is checked and set by whoever reads them.
-inline BoundKeys<CameraCalibration> camera_keys() {
+/// Of a [[camera]]: its name and where points are in its images, all required but the distortion.
+inline BoundKeys<CameraCalibration> camera_intrinsics_keys() {
   using S = CameraCalibration;
   const KeyRange size_px{64, 2048};
   const KeyRange focal_px{kMinFocal_px, kMaxFocal_px};
@@ -89,24 +92,6 @@ inline BoundKeys<CameraCalibration> camera_keys() {
     bound.key.replaced_by = replaced_by;
     return bound;
   };
-  KeyDescription pose = key::required(
-      key::transform("T_camera_world", "p_camera = T_camera_world * p_world; x right, y down, z depth"),
-      "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]");
-  pose.takes_effect = TakesEffect::kAtOnce;
-  pose.replaced_by = "c_arm";
-  const auto found = [](const char* name, auto member, std::size_t count, const char* unit, double maximum,
-                        const char* meaning, SettingValue shown) {
-    BoundKey<S> bound = key::optional(key::numbers(name, member, unit, {0, maximum}, {count, count}, meaning),
-                                      std::move(shown));
-    bound.key.takes_effect = TakesEffect::kAtOnce;
-    return bound;
-  };
-  const auto found_number = [](const char* name, auto member, const char* unit, double maximum,
-                               const char* meaning, double shown) {
-    BoundKey<S> bound = key::optional(key::number(name, member, unit, {0, maximum}, meaning), shown);
-    bound.key.takes_effect = TakesEffect::kAtOnce;
-    return bound;
-  };
   return {
       key::required(key::text("name", &S::name, key::published_name(32), "name of the view, unique"),
                     "\"A\""),
@@ -117,7 +102,13 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       live_number("cx", &S::cx, principal_px, "principal point, x; the first pixel's centre is 0", "200.0"),
       live_number("cy", &S::cy, principal_px, "principal point, y; the first pixel's centre is 0", "300.0"),
       key::numbers("distortion", &S::distortion, "", {-1000, 1000}, {5, 5},
-                   "k1 k2 p1 p2 k3, as OpenCV defines them"),
+                   "k1 k2 p1 p2 k3, as OpenCV defines them")};
+}
+
+/// What its grey values are, and what of its images is looked at, when.
+inline BoundKeys<CameraCalibration> camera_image_keys() {
+  using S = CameraCalibration;
+  return {
       key::number("white_level", &S::white_level, "grey levels", {0, 65535},
                   "of a saturated pixel, such as 4095 of a detector of 12 bits; 0 = learnt from the images"),
       key::word(
@@ -153,8 +144,36 @@ inline BoundKeys<CameraCalibration> camera_keys() {
       key::number(
           "time_offset_ms", &S::time_offset_ms, "ms", {-1000, 1000},
           "by which the time stamps of its source are late against the tracker's: the exposure is the "
-          "stamp less this; negative: they are early. `tubectl calibrate time` finds it"),
-      {std::move(pose)},
+          "stamp less this; negative: they are early. `tubectl calibrate time` finds it")};
+}
+
+/// T_camera_world, which is checked and set by whoever reads it.
+inline BoundKey<CameraCalibration> camera_pose_key() {
+  KeyDescription pose = key::required(
+      key::transform("T_camera_world", "p_camera = T_camera_world * p_world; x right, y down, z depth"),
+      "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1200], [0, 0, 0, 1]]");
+  pose.takes_effect = TakesEffect::kAtOnce;
+  pose.replaced_by = "c_arm";
+  return {std::move(pose)};
+}
+
+/// How well a calibration knew what it wrote, all optional.
+inline BoundKeys<CameraCalibration> camera_sigma_keys() {
+  using S = CameraCalibration;
+  const auto found = [](const char* name, auto member, std::size_t count, const char* unit, double maximum,
+                        const char* meaning, SettingValue shown) {
+    BoundKey<S> bound = key::optional(key::numbers(name, member, unit, {0, maximum}, {count, count}, meaning),
+                                      std::move(shown));
+    bound.key.takes_effect = TakesEffect::kAtOnce;
+    return bound;
+  };
+  const auto found_number = [](const char* name, auto member, const char* unit, double maximum,
+                               const char* meaning, double shown) {
+    BoundKey<S> bound = key::optional(key::number(name, member, unit, {0, maximum}, meaning), shown);
+    bound.key.takes_effect = TakesEffect::kAtOnce;
+    return bound;
+  };
+  return {
       found_number(
           "calibration_residual_px", &S::calibration_residual_px, "px", 1000,
           "RMS distance of the phantom's points from where they project; of tubectl calibrate camera", 0.1),
@@ -168,6 +187,18 @@ inline BoundKeys<CameraCalibration> camera_keys() {
                    "standard deviation of fx as a share of it: 0.001 is 0.1 %", 0.001),
       found_number("time_offset_sigma_ms", &S::time_offset_sigma_ms, "ms", 1000,
                    "standard deviation of time_offset_ms; left out = 15 ms", 3.0)};
+}
+
+/// The keys of a [[camera]], in the order in which a person fills them in.
+inline BoundKeys<CameraCalibration> camera_keys() {
+  BoundKeys<CameraCalibration> keys = camera_intrinsics_keys();
+  const auto add = [&keys](BoundKeys<CameraCalibration> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(keys));
+  };
+  add(camera_image_keys());
+  keys.push_back(camera_pose_key());
+  add(camera_sigma_keys());
+  return keys;
 }
 
 /// A point in the image and how it moves with the point in the world.
