@@ -299,7 +299,8 @@ class TubeSubscriber::Reception {
       tube.told = Told::kLost;
       return TubeEvent::kWriterGone;
     }
-    if (writer_hangs_ || age_ns >= kLivelinessNs) {
+    // DDS may say it late: just after a sample has ended the silence.
+    if ((writer_hangs_ && age_ns >= kDeadlineNs) || age_ns >= kLivelinessNs) {
       tube.told = Told::kLost;
       tube.choice.find_silent();
       ++counts_.liveliness_lost;
