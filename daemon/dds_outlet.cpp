@@ -72,6 +72,7 @@ bool DdsOutlet::publish(const TubeEstimate& estimate) {
   }
   InstrumentState& state = instruments_[estimate.instrument];
   ++state.health.estimates;
+  state.health.agreement = estimate.agreement;
   ++state.health.validity_counts[static_cast<std::size_t>(estimate.validity)];
   if (estimate.has_image) {
     const std::int64_t latency_ns = read_clocks().monotonic_ns - estimate.stamps.exposure_ns;

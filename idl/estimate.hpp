@@ -71,6 +71,36 @@ struct StageStamps {
   std::int64_t optimizer_finished_ns = 0;
 };
 
+/// What may explain that coils and images contradict each other.
+enum class Discord : std::uint32_t {
+  kNone = 0,           ///< nothing has to be explained
+  kRegistration = 1,   ///< all coils are off together: registration, table or the camera's pose
+  kArcLengths = 2,     ///< the tube ends elsewhere in the image than the coils' arc lengths say
+  kClock = 3,          ///< images are stamped too late or too early
+  kMagnification = 4,  ///< the image is larger or smaller than its focal length and distance say
+  kField = 5,          ///< coils are off, each in its own way: metal near the tracker, another field
+  kCoil = 6,           ///< one coil is off: bent, or measured wrong
+  kCoilArcLength = 7,  ///< one coil lies elsewhere along the tube than its arc length says
+};
+
+/// Do the coils lie where images show the tube? As EmImageAgreement of TubeHealth.idl says it.
+struct EmImageAgreement {
+  bool disagree = false;  ///< the reason EM_IMAGE_DISAGREE is given
+  Discord explanation = Discord::kNone;
+  std::uint32_t index = 0;          ///< of the camera (kMagnification) or the coil (kCoil, kCoilArcLength)
+  float probability = 0;            ///< of that explanation; 0: nothing was compared yet
+  float as_stated = 0;              ///< probability that everything is as the configuration states it
+  std::array<float, 3> shift_mm{};  ///< of the registration, in the middle of the tube; world
+  std::array<float, 3> turn_rad{};  ///< of the registration, rotation vector; world
+  float unsure_mm = 0;   ///< how far off its shift may still be, root mean square; one view sees no depth
+  float unsure_rad = 0;  ///< the same of its turn
+  std::array<float, 3> coil_mm{};  ///< of the coil at `index`, across the tube; world
+  float arc_length_mm = 0;  ///< stated arc lengths are too large by this; of one coil where `index` is one
+  float end_mm = 0;         ///< the tube ends further out in the image than coils and arc lengths say
+  float clock_s = 0;        ///< images are stamped too late
+  float magnification = 0;  ///< the stated focal length of the camera at `index` is too large, relative
+};
+
 /// In place of an age: there never was such a measurement, or there is no shape yet.
 inline constexpr std::int64_t kNoAge = -1;
 
@@ -104,6 +134,7 @@ struct TubeEstimate {
   std::uint32_t view_count = 0;
   std::array<ViewUsed, kMaxCameras> views{};  ///< those that take part
   StageStamps stamps;
+  EmImageAgreement agreement;  ///< not part of TubeEstimate.idl: TubeHealth carries it
 };
 
 /// Log-spaced latency histogram: bucket i counts values in [2^(i/4), 2^((i+1)/4)) microseconds; the last one

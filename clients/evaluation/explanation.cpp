@@ -10,6 +10,7 @@
 
 #include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
+#include "daemon/estimator/agreement_words.hpp"
 #include "daemon/image/band_likelihood.hpp"
 #include "daemon/image/measured_view.hpp"
 #include "daemon/image/vesselness_meter.hpp"
@@ -208,6 +209,7 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
       },
       max_image_timeout);
   const Camera camera(explanation.camera);
+  explanation.agreement = describe_agreement(explanation.after.agreement, instrument, sequence.room.cameras);
   explanation.predicted = project(camera, explanation.before);
   explanation.estimated = project(camera, explanation.after);
   if (const SequenceTruth* truth = find_truth(sequence, row.frame)) {
@@ -243,6 +245,9 @@ std::vector<std::string> words_of(const Explanation& explanation) {
     words.push_back(format("the image %s; of its lines %.0f %% agree with the shape",
                            explanation.after.has_image ? "took part" : "took no part",
                            static_cast<double>(100 * explanation.after.image_inlier_ratio)));
+  }
+  if (explanation.after.agreement.probability > 0) {
+    words.push_back(explanation.agreement);
   }
   if (explanation.truth) {
     words.push_back(error_words("predicted", explanation.predicted, explanation));

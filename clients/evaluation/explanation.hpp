@@ -32,6 +32,7 @@ struct Explanation {
   int binning = 1;           ///< the detector's pixels a side that one of them is
   EstimatorMode mode = EstimatorMode::kFilter;
   ImageMeasurement image;              ///< grey is empty-handed unless state is kMeasured
+  std::string agreement;               ///< describe_agreement() of `after`
   TubeEstimate before;                 ///< of the same instant without its images: coils and what was known
   TubeEstimate after;                  ///< as published
   ProjectedTube predicted;             ///< of `before`

@@ -141,6 +141,45 @@ void write_estimates(std::string& text, const Alive& alive) {
   }
 }
 
+// Nothing of it before coils and images were compared.
+void write_agreement(std::string& text, const Alive& alive) {
+  constexpr std::string_view kExplanations[]{"none",  "registration",        "arc lengths",
+                                             "clock", "magnification",       "field",
+                                             "coil",  "arc length of a coil"};
+  Alive compared;
+  std::copy_if(alive.begin(), alive.end(), std::back_inserter(compared),
+               [](const InstrumentReports* reports) { return reports->health.agreement.probability > 0; });
+  const auto gauge = [&](const char* name, const char* help, const auto& value_of) {
+    Family family(text, name, "gauge", help);
+    for (const InstrumentReports* reports : compared) {
+      family.add(labels_of(*reports), value_of(reports->health.agreement));
+    }
+  };
+  const auto length = [](const float(&v)[3]) { return static_cast<double>(std::hypot(v[0], v[1], v[2])); };
+  using Agreement = tubed_EmImageAgreement;
+  gauge("tubed_em_image_as_stated_ratio", "Probability that coils and images are as the configuration says.",
+        [](const Agreement& a) { return static_cast<double>(a.as_stated); });
+  gauge("tubed_em_image_shift_meters", "How far all coils are seen off together, in the middle of the tube.",
+        [&](const Agreement& a) { return 1e-3 * length(a.shift_mm); });
+  gauge("tubed_em_image_turn_radians", "How far all coils are seen turned together.",
+        [&](const Agreement& a) { return length(a.turn_rad); });
+  gauge("tubed_em_image_unsure_meters",
+        "How far all coils may still be off together, root mean square; one view sees no depth.",
+        [](const Agreement& a) { return 1e-3 * static_cast<double>(a.unsure_mm); });
+  gauge("tubed_em_image_tube_end_meters", "The tube ends further out in the image than arc lengths say.",
+        [](const Agreement& a) { return 1e-3 * static_cast<double>(a.end_mm); });
+  gauge("tubed_em_image_clock_seconds", "Images are stamped too late by this, as seen.",
+        [](const Agreement& a) { return static_cast<double>(a.clock_s); });
+  Family explanation(text, "tubed_em_image_explanation", "gauge",
+                     "1 for what explains best how coils and images lie to each other, 0 for the others.");
+  for (const InstrumentReports* reports : compared) {
+    for (std::uint32_t i = 0; i < std::size(kExplanations); ++i) {
+      explanation.add(labels_of(*reports) + "," + label("explanation", kExplanations[i]),
+                      reports->health.agreement.explanation == i ? 1 : 0);
+    }
+  }
+}
+
 void write_stage_ages(std::string& text, const Alive& alive) {
   Family age(text, "tubed_stage_age_seconds", "gauge",
              "Time since a stage gave a sign of life, when the daemon last reported; none before the first.");
@@ -289,6 +328,7 @@ std::string metrics_text(const std::map<std::string, InstrumentReports>& instrum
     }
   }
   write_validity(text, alive);
+  write_agreement(text, alive);
   write_estimates(text, alive);
   write_states(text, alive);
   write_stage_ages(text, alive);

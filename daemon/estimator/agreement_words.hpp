@@ -2,14 +2,26 @@
 #pragma once
 
 #include <span>
+#include <string>
 
-#include "daemon/estimator/coil_image_agreement.hpp"
+#include "drivers/interface/room.hpp"
+#include "idl/estimate.hpp"
 
 namespace tubed {
 
 /// Writes one sentence, zero-terminated and cut to the size of `text`: whose shape, what explains it best and
-/// by how much, and what to do. `verdict` must not be Discord::kNone. Never allocates.
-void write_disagreement(const CoilImageAgreement::Verdict& verdict, const InstrumentDescription& instrument,
+/// by how much, and what to do. Its explanation must not be Discord::kNone. Never allocates.
+void write_disagreement(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                         std::span<const CameraCalibration> cameras, std::span<char> text);
+
+/// What explains it best and by how much, and what to do, without the beginning of that sentence. Allocates.
+std::string explanation_of(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
+                           std::span<const CameraCalibration> cameras);
+
+/// One line for a person, also where nothing has to be explained: what was seen to be off, and how probable
+/// it is that everything is as stated. A coil's sensor number is left out where `instrument` has none.
+/// Allocates.
+std::string describe_agreement(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
+                               std::span<const CameraCalibration> cameras);
 
 }  // namespace tubed

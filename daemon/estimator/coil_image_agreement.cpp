@@ -42,7 +42,7 @@ constexpr double kWrongCoil_mm = 20;
 double prior_odds(Discord discord) {
   switch (discord) {
     case Discord::kNone:
-      return 0.5;  // it stands there twice
+      return 1;
     case Discord::kField:
       return kFieldOdds;
     case Discord::kMagnification:
@@ -64,19 +64,18 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
                                        int view_count)
     : errors_(errors), seen_(instrument, view_count), D_(Eigen::VectorXd::Zero(seen_.model().unknowns())) {
   using enum Discord;
-  for (const Discord discord : {kNone, kRegistration, kArcLengths, kClock}) {
-    explanations_.push_back({discord});
+  for (const double registration_share : {1.0, kBetterRegistration}) {
+    const auto may_be = [this, registration_share](Discord discord, int index = 0) {
+      explanations_.push_back({.discord = discord, .index = index, .registration_share = registration_share});
+    };
+    for (const Discord discord : {kNone, kRegistration, kArcLengths, kClock}) may_be(discord);
+    for (int view = 0; view < view_count; ++view) may_be(kMagnification, view);
+    for (int coil = 0; coil < seen_.model().coil_count(); ++coil) {
+      may_be(kCoil, coil);
+      may_be(kCoilArcLength, coil);
+    }
+    may_be(kField);
   }
-  for (int view = 0; view < view_count; ++view) {
-    explanations_.push_back({kMagnification, view});
-  }
-  for (int coil = 0; coil < seen_.model().coil_count(); ++coil) {
-    explanations_.push_back({kCoil, coil});
-    explanations_.push_back({kCoilArcLength, coil});
-  }
-  // Last, because they are no small changes of the base.
-  explanations_.push_back({.discord = kNone, .registration_share = kBetterRegistration});
-  explanations_.push_back({kField});
   suppose();
 }
 
@@ -164,23 +163,32 @@ double CoilImageAgreement::log_evidence(const Explanation& explanation) {
 }
 
 // All explanations, with what stays of coils' errors as the settings have it and as a better tracker has it.
+// Where a matrix is not positive definite, what was concluded before stays.
 void CoilImageAgreement::judge(double lasting_mm) {
   seen_.linear().freeze();
   for (Explanation& explanation : explanations_) {
     explanation.log_evidence = kNever;
   }
-  for (const double share : {1.0, kBetterTracker}) {
-    allow({}, share * lasting_mm);
-    seen_.linear().explain(D_);
-    if (!seen_.linear().take_as_base()) {
-      return;
+  for (const double tracker_share : {1.0, kBetterTracker}) {
+    for (const double registration_share : {1.0, kBetterRegistration}) {
+      compare(registration_share, tracker_share * lasting_mm);
     }
-    for (Explanation& explanation : explanations_) {
-      allow(explanation, share * lasting_mm);
-      const double log_p = log_evidence(explanation) + std::log(prior_odds(explanation.discord) / 2);
-      if (log_p > explanation.log_evidence) remember(explanation);
-      explanation.log_evidence = log_sum(explanation.log_evidence, log_p);
-    }
+  }
+}
+
+// Those of that room, with so much that stays of coils' errors.
+void CoilImageAgreement::compare(double registration_share, double lasting_mm) {
+  allow({.registration_share = registration_share}, lasting_mm);
+  seen_.linear().explain(D_);
+  if (!seen_.linear().take_as_base()) {
+    return;
+  }
+  for (Explanation& explanation : explanations_) {
+    if (explanation.registration_share != registration_share) continue;
+    allow(explanation, lasting_mm);
+    const double log_p = log_evidence(explanation) + std::log(prior_odds(explanation.discord));
+    if (log_p > explanation.log_evidence) remember(explanation);
+    explanation.log_evidence = log_sum(explanation.log_evidence, log_p);
   }
 }
 
@@ -195,58 +203,48 @@ void CoilImageAgreement::remember(Explanation& explanation) {
       explanation.discord == Discord::kCoil || explanation.discord == Discord::kCoilArcLength;
   explanation.arc_length_mm = mean[of_a_coil ? model.arc_length_column(index) : CoilImageModel::kArcLength];
   explanation.clock_s = mean[CoilImageModel::kClock];
-  if (model.view_count() > 0) {
-    explanation.magnification =
-        mean[CoilImageModel::kViews + (explanation.discord == Discord::kMagnification ? index : 0)];
-  }
   explanation.coil_mm = mean.segment<3>(model.own_column(explanation.discord == Discord::kCoil ? index : 0));
-  if (explanation.widens_base()) {
+  const bool widens = explanation.widens_base();
+  if (widens) {
     explanation.covariance = seen_.linear().covariance_of_first();
   } else {
     explanation.covariance = D_.head<6>().cwiseAbs2().asDiagonal();  // at most
   }
+  for (int view = 0; view < model.view_count(); ++view) {
+    const Eigen::Index column = CoilImageModel::kViews + view;
+    const auto i = static_cast<std::size_t>(view);
+    explanation.magnification[i] = mean[column];
+    explanation.magnification_variance[i] = widens ? seen_.linear().variance_of(column) : squared(D_[column]);
+  }
 }
 
-// Moments of the mixture of all explanations.
 void CoilImageAgreement::conclude() {
-  const auto best = std::max_element(
-      explanations_.begin(), explanations_.end(),
-      [](const Explanation& a, const Explanation& b) { return a.log_evidence < b.log_evidence; });
-  if (!std::isfinite(best->log_evidence)) {
+  const auto likelier = [](const Explanation& a, const Explanation& b) {
+    return a.log_evidence < b.log_evidence;
+  };
+  const auto likeliest = std::max_element(explanations_.begin(), explanations_.end(), likelier);
+  if (!std::isfinite(likeliest->log_evidence)) {
     return;
   }
+  const double most = likeliest->log_evidence;
   double sum = 0;
   for (const Explanation& explanation : explanations_) {
-    sum += std::exp(explanation.log_evidence - best->log_evidence);
+    sum += std::exp(explanation.log_evidence - most);
   }
-  registration_square_.setZero();
-  field_square_mm2_ = 0;
-  magnification_square_ = {};
   verdict_.as_stated = 0;
-  for (const Explanation& explanation : explanations_) {
-    const double probability = std::exp(explanation.log_evidence - best->log_evidence) / sum;
-    registration_square_ += probability * (explanation.covariance +
-                                           explanation.registration * explanation.registration.transpose());
+  const Explanation* mistake = nullptr;
+  for (Explanation& explanation : explanations_) {
+    explanation.probability = std::exp(explanation.log_evidence - most) / sum;
     if (explanation.discord == Discord::kNone) {
-      verdict_.as_stated += probability;
-    } else if (explanation.discord == Discord::kField) {
-      field_square_mm2_ = probability * squared(kWrongField_mm);
-    } else if (explanation.discord == Discord::kMagnification) {
-      magnification_square_[static_cast<std::size_t>(explanation.index)] =
-          probability * squared(explanation.magnification);
+      verdict_.as_stated += explanation.probability;
+    } else if (mistake == nullptr || likelier(*mistake, explanation)) {
+      mistake = &explanation;
     }
   }
-  verdict_.explanation = best->discord;
-  verdict_.index = best->index;
-  verdict_.probability = 1 / sum;
-  verdict_.shift_mm = best->registration.head<3>();
-  verdict_.turn_rad = best->registration.tail<3>();
-  verdict_.coil_mm = best->coil_mm;
-  verdict_.arc_length_mm = best->arc_length_mm;
-  verdict_.clock_s = best->clock_s;
-  verdict_.magnification = best->magnification;
-  verdict_.end_mm = best->end_mm;
+  take_moments();
   disagree_ = verdict_.as_stated < (disagree_ ? kCertain : 0.5);
+  // Of the two that are "as stated" the first holds less firmly to it and shows more of what was seen.
+  name(disagree_ ? *mistake : explanations_.front());
   const double beyond_tip_mm = seen_.beyond_tip_mm();
   const double contradicts_mm = end_contradicts_ ? kEndAgrees_mm : kEndContradicts_mm;
   end_contradicts_ = std::abs(beyond_tip_mm) > contradicts_mm;
@@ -254,6 +252,65 @@ void CoilImageAgreement::conclude() {
     verdict_.explanation = Discord::kArcLengths;
     verdict_.end_mm = beyond_tip_mm;
   }
+}
+
+// Of the mixture of all explanations.
+void CoilImageAgreement::take_moments() {
+  registration_square_.setZero();
+  field_square_mm2_ = 0;
+  magnification_square_ = {};
+  for (const Explanation& explanation : explanations_) {
+    registration_square_ +=
+        explanation.probability *
+        (explanation.covariance + explanation.registration * explanation.registration.transpose());
+    if (explanation.discord == Discord::kField) {
+      field_square_mm2_ += explanation.probability * squared(kWrongField_mm);
+    }
+    for (std::size_t view = 0; view < magnification_square_.size(); ++view) {
+      magnification_square_[view] += explanation.probability * (squared(explanation.magnification[view]) +
+                                                                explanation.magnification_variance[view]);
+    }
+  }
+}
+
+// Fills the verdict with that explanation, in whichever room.
+void CoilImageAgreement::name(const Explanation& explanation) {
+  verdict_.explanation = explanation.discord;
+  verdict_.index = explanation.index;
+  verdict_.probability = 0;
+  for (const Explanation& other : explanations_) {
+    if (other.is_as(explanation)) verdict_.probability += other.probability;
+  }
+  verdict_.shift_mm = explanation.registration.head<3>();
+  verdict_.turn_rad = explanation.registration.tail<3>();
+  verdict_.coil_mm = explanation.coil_mm;
+  verdict_.arc_length_mm = explanation.arc_length_mm;
+  verdict_.clock_s = explanation.clock_s;
+  verdict_.magnification = explanation.magnification[explanation.discord == Discord::kMagnification
+                                                         ? static_cast<std::size_t>(explanation.index)
+                                                         : 0];
+  verdict_.end_mm = explanation.end_mm;
+}
+
+EmImageAgreement CoilImageAgreement::summary() const {
+  EmImageAgreement summary{.disagree = disagree(),
+                           .explanation = verdict_.explanation,
+                           .index = static_cast<std::uint32_t>(verdict_.index)};
+  if (!seen_.model().has_centre()) {
+    return summary;
+  }
+  summary.probability = static_cast<float>(verdict_.probability);
+  summary.as_stated = static_cast<float>(verdict_.as_stated);
+  Eigen::Map<Eigen::Vector3f>(summary.shift_mm.data()) = verdict_.shift_mm.cast<float>();
+  Eigen::Map<Eigen::Vector3f>(summary.turn_rad.data()) = verdict_.turn_rad.cast<float>();
+  summary.unsure_mm = static_cast<float>(std::sqrt(registration_square_.diagonal().head<3>().sum()));
+  summary.unsure_rad = static_cast<float>(std::sqrt(registration_square_.diagonal().tail<3>().sum()));
+  Eigen::Map<Eigen::Vector3f>(summary.coil_mm.data()) = verdict_.coil_mm.cast<float>();
+  summary.arc_length_mm = static_cast<float>(verdict_.arc_length_mm);
+  summary.end_mm = static_cast<float>(verdict_.end_mm);
+  summary.clock_s = static_cast<float>(verdict_.clock_s);
+  summary.magnification = static_cast<float>(verdict_.magnification);
+  return summary;
 }
 
 // The registration's error at p is [I, -[p - c]x] (shift, turn). An image holds the point across its rays to

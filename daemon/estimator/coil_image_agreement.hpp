@@ -3,35 +3,22 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "daemon/estimator/coil_image_evidence.hpp"
 #include "daemon/estimator/room_errors.hpp"
+#include "idl/estimate.hpp"
 
 namespace tubed {
-
-/// What may explain that coils and images contradict each other.
-enum class Discord : std::uint32_t {
-  kNone = 0,           ///< nothing has to be explained
-  kRegistration = 1,   ///< all coils are off together: registration, table or the camera's pose
-  kArcLengths = 2,     ///< the tube ends elsewhere in the image than the coils' arc lengths say
-  kClock = 3,          ///< images are stamped too late or too early
-  kMagnification = 4,  ///< the image is larger or smaller than its focal length and distance say
-  kField = 5,          ///< coils are off, each in its own way: metal near the tracker, another field
-  kCoil = 6,           ///< one coil is off: bent, or measured wrong
-  kCoilArcLength = 7,  ///< one coil lies elsewhere along the tube than its arc length says
-};
 
 /// Which mistake explains best, for one instrument, how coils lie beside the tube that images show
 /// (CoilImageEvidence)? Whatever may be wrong in a room is an unknown of one linear model (CoilImageModel).
 /// Explanations are compared by their evidence at each image: "as stated" allows RoomErrors and what the
 /// tracker may be wrong by; each of the others allows one part much more and is a hundred times less likely
-/// before anything was seen. "As stated" stands for two: a registration as far off as is stated, and one a
-/// fifth as far. Across one view three of the registration's six numbers show; what does not show keeps its
-/// prior, so that doubt() is large in depth where much is wrong across, and small where all of it is seen to
-/// be right. Called by the optimizer
-/// thread; memory is taken in the constructor.
+/// before anything was seen. Each of them stands for two: a registration as far off as is stated, and one
+/// a fifth as far. Across one view three of the registration's six numbers show; what does not
+/// show keeps its prior, so that doubt() is large in depth where much is wrong across, and small where all of
+/// it is seen to be right. Called by the optimizer thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);
@@ -65,6 +52,9 @@ class CoilImageAgreement {
   /// hysteresis, so that the word does not flicker.
   [[nodiscard]] bool disagree() const { return disagree_ || end_contradicts_; }
 
+  /// Both for those outside. Nothing was compared before the first shape that images confirmed.
+  [[nodiscard]] EmImageAgreement summary() const;
+
   /// What has to be added to the covariance (mm^2, world) of the tube's point p with the unit tangent t, for
   /// a shape that knows of none of this. Before the
   /// first shape that images confirmed, the registration's shift alone. What images held across themselves
@@ -83,21 +73,30 @@ class CoilImageAgreement {
     double end_mm = 0;
     double arc_length_mm = 0;
     double clock_s = 0;
-    double magnification = 0;
+    std::array<double, kMaxCameras> magnification{};
+    std::array<double, kMaxCameras> magnification_variance{};
     Eigen::Vector3d coil_mm = Eigen::Vector3d::Zero();
     Eigen::Matrix<double, 6, 1> registration = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
-    /// Is it "as stated" with some unknowns that are allowed more?
-    [[nodiscard]] bool widens_base() const { return discord != Discord::kField && registration_share == 1; }
+    double probability = 0;
+
+    /// Is it "as stated" with such a registration, with some unknowns that are allowed more?
+    [[nodiscard]] bool widens_base() const { return discord != Discord::kField; }
+    [[nodiscard]] bool is_as(const Explanation& other) const {
+      return discord == other.discord && index == other.index;
+    }
   };
 
   void suppose();
   void allow(const Explanation& explanation, double lasting_mm);
   double log_evidence(const Explanation& explanation);
   void judge(double lasting_mm);
+  void compare(double registration_share, double lasting_mm);
   void remember(Explanation& explanation);
   void conclude();
+  void take_moments();
+  void name(const Explanation& explanation);
 
   RoomErrors errors_;
   CoilImageEvidence seen_;

@@ -163,4 +163,17 @@ Eigen::Matrix<double, 6, 6> LinearEvidence::covariance_of_first() const {
   return base_.covariance.topLeftCorner<6, 6>() + gained;
 }
 
+double LinearEvidence::variance_of(Eigen::Index unknown) const {
+  const auto to = [this, unknown](Eigen::Index i) {
+    return base_.covariance(unknown, J_[static_cast<std::size_t>(i)]);
+  };
+  double variance = base_.covariance(unknown, unknown);
+  for (Eigen::Index i = 0; i < gained_.rows(); ++i) {
+    for (Eigen::Index k = 0; k < gained_.cols(); ++k) {
+      variance += gained_(i, k) * to(i) * to(k);
+    }
+  }
+  return variance;
+}
+
 }  // namespace tubed

@@ -69,6 +69,8 @@ class LinearEvidence {
   [[nodiscard]] const Eigen::VectorXd& mean() const { return mean_; }
   /// Cov(x) of the first six unknowns of the newest explanation, which is one of widened().
   [[nodiscard]] Eigen::Matrix<double, 6, 6> covariance_of_first() const;
+  /// Var(x) of that unknown, likewise.
+  [[nodiscard]] double variance_of(Eigen::Index unknown) const;
 
  private:
   /// L and h.

@@ -74,7 +74,7 @@ bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noex
   if (!agreement_.disagree() || agreement_.verdict().explanation == Discord::kNone) {
     return false;
   }
-  write_disagreement(agreement_.verdict(), instrument_, room_.cameras, words);
+  write_disagreement(agreement_.summary(), instrument_, room_.cameras, words);
   return true;
 }
 

@@ -103,6 +103,7 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
   estimate.coefficient_count =
       shape.C != nullptr ? static_cast<std::uint32_t>(shape.spline->coefficient_count()) : 0;
   estimate.coefficient_spacing_mm = static_cast<float>(shape.spline->spacing_mm());
+  estimate.agreement = shape.agreement != nullptr ? shape.agreement->summary() : EmImageAgreement{};
   for (std::size_t i = 0; i < estimate.coefficient_count; ++i) {
     Eigen::Map<Eigen::Vector3d>(estimate.coefficients_mm[i].data()) =
         shape.C->col(static_cast<Eigen::Index>(i));

@@ -21,7 +21,7 @@ struct FoundShape {
   double variance_factor = 1;           ///< what is published is so many times `covariance`
   /// MirrorTest::rival() of the coefficients, which adds to it; nullptr: there is none.
   const Eigen::Matrix3Xd* rival = nullptr;
-  /// Its doubt() adds to it, too; nullptr: nobody has looked.
+  /// Its doubt() adds to it, too, and its summary() is written; nullptr: nobody has looked.
   const CoilImageAgreement* agreement = nullptr;
 };
 

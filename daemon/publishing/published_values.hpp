@@ -87,6 +87,7 @@ struct InstrumentHealthValues {
   std::uint64_t estimates = 0;
   std::array<std::uint32_t, 4> validity_counts{};  ///< by validity word
   LatencyHistogramValues exposure_to_publish;
+  EmImageAgreement agreement;                          ///< of the newest estimate
   std::array<bool, kMaxStages> allocations_counted{};  ///< by stage
 };
 

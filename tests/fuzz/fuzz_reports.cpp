@@ -28,13 +28,18 @@ void make_decoded(tubed_TubeStatus& status) {
   }
 }
 
+void make_boolean(bool& value) {
+  std::uint8_t byte = 0;
+  std::memcpy(&byte, &value, 1);
+  value = (byte & 1U) != 0;
+}
+
 void make_decoded(tubed_TubeHealth& health) {
   end_text(health.instrument_id);
+  make_boolean(health.agreement.disagree);
   for (tubed_StageHealth& stage : health.stages) {
     end_text(stage.name);
-    std::uint8_t byte = 0;
-    std::memcpy(&byte, &stage.allocations_counted, 1);
-    stage.allocations_counted = (byte & 1U) != 0;
+    make_boolean(stage.allocations_counted);
   }
 }
 

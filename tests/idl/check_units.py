@@ -10,7 +10,8 @@ import sys
 UNIT_OF_SUFFIX = {"mm": "mm", "mm2": "mm^2", "rad": "rad", "deg": "deg", "ns": "ns", "us": "us", "ms": "ms", "s": "s", "hz": "Hz", "px": "px",
                   "bytes": "bytes", "percent": "percent"}
 # Of the transforms the last column is in mm, as their comment says, and the rest has no unit: @unit cannot say both.
-UNITLESS = {"tangent_world", "tangent_em", "indicator", "image_inlier_ratio", "in_view_ratio", "distortion", "T_world_em", "T_camera_world"}
+UNITLESS = {"tangent_world", "tangent_em", "indicator", "image_inlier_ratio", "in_view_ratio", "distortion", "T_world_em", "T_camera_world",
+            "probability", "as_stated", "magnification"}
 SAY_IT_BY_UNIT_ALONE = {"width", "height"}
 MEMBER = re.compile(r'^\s*(?:@key\s+)?(?:@unit\("([^"]+)"\)\s+)?((?:unsigned )?(?:long long|long|short)|double|float|octet)\s+(\w+)\s*(?:\[[^;]*)?;',
                     re.MULTILINE)

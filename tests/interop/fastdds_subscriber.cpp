@@ -187,6 +187,23 @@ void check(const tubed::TubeStatus& status) {
   expect_text("why", status.stages()[0].why().to_string(), "half of the images are black");
 }
 
+void check(const tubed::EmImageAgreement& agreement) {
+  expect_equal("disagree", agreement.disagree(), true);
+  expect_equal("explanation", agreement.explanation(), 7);
+  expect_equal("index", agreement.index(), 508);
+  expect_equal("probability", agreement.probability(), 0.75);
+  expect_equal("as_stated", agreement.as_stated(), 0.125);
+  expect_series("shift_mm", agreement.shift_mm(), 520);
+  expect_series("turn_rad", agreement.turn_rad(), 530);
+  expect_equal("unsure_mm", agreement.unsure_mm(), 513);
+  expect_equal("unsure_rad", agreement.unsure_rad(), 514);
+  expect_series("coil_mm", agreement.coil_mm(), 540);
+  expect_equal("arc_length_mm", agreement.arc_length_mm(), 509);
+  expect_equal("end_mm", agreement.end_mm(), 510);
+  expect_equal("clock_s", agreement.clock_s(), 511);
+  expect_equal("magnification", agreement.magnification(), 512);
+}
+
 void check(const tubed::TubeHealth& health) {
   expect_text("instrument_id", health.instrument_id().to_string(), "catheter");
   expect_equal("daemon_start drawn", health.daemon_start() != 0, true);
@@ -194,6 +211,7 @@ void check(const tubed::TubeHealth& health) {
   expect_equal("estimates", health.estimates(), 501);
   expect_series("validity_counts", health.validity_counts(), 502, 1);
   check_histogram(health.exposure_to_publish(), 506, 507, 600);
+  check(health.agreement());
   expect_equal("stage_count", health.stage_count(), 1);
   const tubed::StageHealth& stage = health.stages()[0];
   expect_text("name", stage.name().to_string(), "Frangi");

@@ -2,6 +2,7 @@
 """tubectl check: what a recording and the room that is described for it have to say of each other."""
 import json
 import re
+import time
 
 import bed as beds
 import sequences
@@ -60,5 +61,38 @@ def operators_mistakes_are_named(bed):
     check("coil directions" in wrong and "coil 3 (sensor 3)" in findings["coil directions"]["evidence"], f"it is not named: {findings}")
 
 
+def findings_while_replayed(bed, folder):
+    """Of a daemon that replays the folder, over its last seconds."""
+    done = bed.tubectl("configure", str(folder), "--mode", "filter")
+    check(done.returncode == 0, f"tubectl configure exits {done.returncode}: {done.stderr}")
+    start_ns = time.monotonic_ns() + int(4 * beds.TIME_FACTOR * 1e9)
+    daemon = bed.start_daemon(done.stdout.replace("[replay]", f"[replay]\nstart_monotonic_ns = {start_ns}"))
+    time.sleep((start_ns - time.monotonic_ns()) * 1e-9 + 1)
+    done = bed.tubectl("check", "--for", str(SECONDS - 2), "--json", "-", timeout_s=60)
+    check(done.returncode in (0, 1), f"tubectl check exits {done.returncode}: {done.stderr}")
+    top = bed.tubectl("top", "--count", "2")
+    daemon.stop()
+    (findings,) = json.loads(done.stdout).values()
+    findings = {finding["what"]: finding for finding in findings}
+    wrong = sorted(what for what, finding in findings.items() if finding["verdict"] == "WRONG")
+    check((done.returncode == 1) == bool(wrong), f"exit {done.returncode} with {wrong}")
+    return findings, wrong, top.stdout
+
+
+def a_running_room_is_checked_as_a_recording_is(bed):
+    done = bed.tubectl("check", "--for", "1")
+    check(done.returncode == 69 and done.stderr, f"without a daemon: exit {done.returncode}, {done.stderr!r}")
+    sequences.write_sequence(bed.folder / "right", SECONDS)
+    findings, wrong, top = findings_while_replayed(bed, bed.folder / "right")
+    say(f"as described: {findings['registration']['evidence']}; {findings['clock']['evidence']}")
+    check(not wrong, f"a room without a mistake: {findings}")
+    check(findings["focal length"]["verdict"] == "fine" and "coils and images agree" in top, f"not compared: {findings}\n{top}")
+    large = with_mistake(bed, "magnification", r"(f[xy]) = 2000.0", r"\1 = 2300.0")
+    findings, wrong, top = findings_while_replayed(bed, large)
+    say(f"focal length 15 % too large: {wrong}: {findings['focal length']}")
+    check("focal length" in wrong and "camera A" in findings["focal length"]["advice"], f"it is not named: {findings}")
+    check("coils and images disagree" in top and "focal length of camera A" in top, f"tubectl top does not say so:\n{top}")
+
+
 if __name__ == "__main__":
-    beds.main(operators_mistakes_are_named)
+    beds.main(operators_mistakes_are_named, a_running_room_is_checked_as_a_recording_is)

@@ -143,6 +143,10 @@ std::string line_of(const tubed_TubeIdentity& identity) {
 std::string line_of(const tubed_TubeHealth& health) {
   std::string line = fmt::format("{:.3f} {} {} estimates", seconds(health.time_ns),
                                  printable_text(health.instrument_id), health.estimates);
+  if (health.agreement.probability > 0) {
+    line += fmt::format(" | coils and images {}, as stated {:.0f} %",
+                        health.agreement.disagree ? "disagree" : "agree", 100 * health.agreement.as_stated);
+  }
   const std::size_t count = std::min<std::size_t>(health.stage_count, std::size(health.stages));
   for (std::size_t i = 0; i < count; ++i) {
     const tubed_StageHealth& stage = health.stages[i];

@@ -44,7 +44,8 @@ class Watch {
  public:
   explicit Watch(const TopArguments& arguments)
       : status_(std::make_unique<TopicReader<tubed_TubeStatus>>(arguments.subscription)),
-        health_(std::make_unique<TopicReader<tubed_TubeHealth>>(arguments.subscription)) {}
+        health_(std::make_unique<TopicReader<tubed_TubeHealth>>(arguments.subscription)),
+        identity_(std::make_unique<TopicReader<tubed_TubeIdentity>>(arguments.subscription)) {}
 
   /// Takes what comes until reports of health have come, true, or the timeout is over. Those of a daemon's
   /// instruments come together: they are one picture.
@@ -72,15 +73,22 @@ class Watch {
       if (!reports.heard) continue;
       const bool is_silent = steady_clock::now() - *reports.heard > kTimeout;
       text += is_silent ? id + "  SILENT: no report for more than 3 s\n"
-                        : top_table(reports.status, reports.before, reports.after);
+                        : top_table(reports.status, reports.before, reports.after, identity_of(id));
       text += "\n";
     }
     return text;
   }
 
  private:
+  /// nullptr: it has not said who it is.
+  [[nodiscard]] const tubed_TubeIdentity* identity_of(const std::string& id) const {
+    const auto found = identities_.find(id);
+    return found == identities_.end() ? nullptr : &found->second;
+  }
+
   /// Instruments that made room for others.
   void forget_replaced() {
+    std::erase_if(identities_, [this](const auto& entry) { return !identity_->has(entry.first); });
     std::erase_if(reports_, [this](const auto& entry) { return !status_->has(entry.first); });
   }
 
@@ -88,11 +96,16 @@ class Watch {
     while (const tubed_TubeStatus* status = status_->take()) {
       reports_[status->instrument_id].status = *status;
     }
+    while (const tubed_TubeIdentity* identity = identity_->take()) {
+      identities_[identity->instrument_id] = *identity;
+    }
   }
 
   std::unique_ptr<TopicReader<tubed_TubeStatus>> status_;
   std::unique_ptr<TopicReader<tubed_TubeHealth>> health_;
+  std::unique_ptr<TopicReader<tubed_TubeIdentity>> identity_;
   ReportsByInstrument reports_;
+  std::map<std::string, tubed_TubeIdentity> identities_;
 };
 
 int run_top(const TopArguments& arguments) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "clients/tubectl/watch/published_agreement.hpp"
 #include "clients/tubectl/watch/sample_text.hpp"
 #include "clients/tubectl/watch/status_line.hpp"
 #include "idl/printable_text.hpp"
@@ -87,7 +88,7 @@ double quantile_ms(const tubed_LatencyHistogram& histogram, double quantile) {
 }
 
 std::string top_table(const tubed_TubeStatus& status, const tubed_TubeHealth& before,
-                      const tubed_TubeHealth& after) {
+                      const tubed_TubeHealth& after, const tubed_TubeIdentity* identity) {
   const bool is_continued = before.daemon_start == after.daemon_start && before.time_ns < after.time_ns;
   const double seconds =
       is_continued ? (static_cast<double>(after.time_ns) - static_cast<double>(before.time_ns)) * 1e-9 : 0;
@@ -95,13 +96,17 @@ std::string top_table(const tubed_TubeStatus& status, const tubed_TubeHealth& be
   const tubed_TubeHealth& earlier = is_continued ? before : none;
   std::string table = fmt::format(
       "{}  {}  {}  newest estimate: {}  {} estimates/s\nexposure to publish  p50 {} ms  p90 {} ms  p99 {} "
-      "ms\n\n",
+      "ms\n",
       printable_text(status.instrument_id), name_of(static_cast<Validity>(status.validity)),
       names_of(Reasons(status.reasons)), age_text(status.estimate_age_ns),
       rate_text(earlier.estimates, after.estimates, seconds),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.5)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.9)),
       milliseconds_text(quantile_ms(between(earlier.exposure_to_publish, after.exposure_to_publish), 0.99)));
+  if (after.agreement.probability > 0) {
+    table += agreement_line(after.agreement, identity) + "\n";
+  }
+  table += "\n";
   if (Reasons(status.reasons).has(Reason::kRivalWriter)) {
     table += "RIVAL: somebody else publishes this instrument too; tubectl doctor says who\n\n";
   }

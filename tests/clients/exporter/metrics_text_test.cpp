@@ -77,6 +77,23 @@ TEST(MetricsText, BucketsOfAHistogramAddUp) {
   EXPECT_TRUE(says(text, R"(tubed_exposure_to_publish_seconds_count{instrument="cath-1"} 6)")) << text;
 }
 
+TEST(MetricsText, WhatIsWrongInTheRoomHasNumbersOnceCoilsAndImagesWereCompared) {
+  InstrumentReports reports = reports_at(kSecond_ns);
+  EXPECT_EQ(metrics_text({{"a", reports}}, kSecond_ns).find("tubed_em_image_as_stated_ratio{"),
+            std::string::npos);
+  reports.health.agreement.probability = 0.5F;
+  reports.health.agreement.as_stated = 0.25F;
+  reports.health.agreement.explanation = 1;
+  reports.health.agreement.shift_mm[1] = 3;
+  reports.health.agreement.shift_mm[2] = -4;
+  const std::string text = metrics_text({{"a", reports}}, kSecond_ns);
+  EXPECT_TRUE(says(text, R"(tubed_em_image_as_stated_ratio{instrument="cath-1"} 0.25)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_em_image_shift_meters{instrument="cath-1"} 0.005)")) << text;
+  EXPECT_TRUE(says(text, R"(tubed_em_image_explanation{instrument="cath-1",explanation="registration"} 1)"))
+      << text;
+  EXPECT_TRUE(says(text, R"(tubed_em_image_explanation{instrument="cath-1",explanation="none"} 0)")) << text;
+}
+
 TEST(MetricsText, WhatWasNotCountedIsNotZero) {
   InstrumentReports reports = reports_at(kSecond_ns);
   EXPECT_EQ(metrics_text({{"a", reports}}, kSecond_ns).find("tubed_stage_allocations_total{"),

@@ -81,6 +81,28 @@ TEST(TopTable, SaysThatSomebodyElsePublishesTheInstrument) {
   EXPECT_EQ(top_table(status(), health(7, 10, 300), health(7, 12, 360)).find("RIVAL"), std::string::npos);
 }
 
+TEST(TopTable, SaysWhetherCoilsAndImagesAgreeOnceTheyWereCompared) {
+  EXPECT_EQ(top_table(status(), health(7, 10, 300), health(7, 12, 360)).find("coils and images"),
+            std::string::npos);
+  tubed_TubeHealth compared = health(7, 12, 360);
+  compared.agreement.probability = 0.9F;
+  compared.agreement.as_stated = 0.97F;
+  compared.agreement.shift_mm[0] = 3;
+  compared.agreement.shift_mm[2] = 4;
+  const std::string agree = top_table(status(), health(7, 10, 300), compared);
+  EXPECT_NE(agree.find("coils and images agree (as stated 97 %): seen off by 5.0 mm"), std::string::npos)
+      << agree;
+  compared.agreement.disagree = true;
+  compared.agreement.explanation = 4;
+  compared.agreement.magnification = 0.05F;
+  tubed_TubeIdentity identity{};
+  identity.camera_count = 1;
+  std::strcpy(identity.cameras[0].name, "lateral");
+  const std::string disagree = top_table(status(), health(7, 10, 300), compared, &identity);
+  EXPECT_NE(disagree.find("the focal length of camera lateral looks about 5 % too large"), std::string::npos)
+      << disagree;
+}
+
 TEST(TopTable, AcrossARestartThereIsNoRate) {
   const std::string table = top_table(status(), health(7, 10, 300), health(8, 12, 360));
   EXPECT_NE(table.find("  - estimates/s"), std::string::npos) << table;

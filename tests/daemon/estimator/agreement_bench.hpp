@@ -87,7 +87,7 @@ class AgreementBench {
   [[nodiscard]] MonotonicTime now() const { return now_; }
   [[nodiscard]] std::string words() const {
     std::array<char, 256> text{};
-    write_disagreement(agreement_.verdict(), room_.instruments.front(), room_.cameras, text);
+    write_disagreement(agreement_.summary(), room_.instruments.front(), room_.cameras, text);
     return text.data();
   }
 

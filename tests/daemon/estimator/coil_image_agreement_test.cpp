@@ -60,6 +60,11 @@ TEST(CoilImageAgreement, BeforeAnythingWasSeenARegistrationIsDoubtedAsStated) {
   EXPECT_TRUE(AgreementBench().sigma_mm(100).isApprox(Eigen::Vector3d::Constant(sigma_mm), 1e-9));
 }
 
+/// How far that point of the arc lies from where the camera looks, across the view.
+double from_axis_mm(double s_mm) {
+  return lateral_mm(Camera(one_view_room().cameras.front()), arc_point(s_mm)).norm();
+}
+
 // What coils say across the view of the one error that they share says how it is in depth: much where the
 // tracker is good, little where each of them may be off by 4 mm.
 TEST(CoilImageAgreement, ARegistrationThatIsSeenToBeGoodIsBelievedInDepth) {
@@ -72,7 +77,9 @@ TEST(CoilImageAgreement, ARegistrationThatIsSeenToBeGoodIsBelievedInDepth) {
   EXPECT_LT(seen.sigma_mm(kMiddle_mm).z(), 0.9 * hidden.sigma_mm(kMiddle_mm).z());
   EXPECT_LT(hidden.sigma_mm(kMiddle_mm).z(), AgreementBench().sigma_mm(kMiddle_mm).z());
   EXPECT_GT(hidden.sigma_mm(kMiddle_mm).z(), 0.5);
-  EXPECT_LT(hidden.sigma_mm(kMiddle_mm).head<2>().maxCoeff(), 0.3);  // which the image holds
+  // Which the image holds, up to its scale.
+  EXPECT_LT(hidden.sigma_mm(kMiddle_mm).head<2>().maxCoeff(),
+            std::hypot(0.3, 0.01 * from_axis_mm(kMiddle_mm)));
 }
 
 // An end of the tube is as far off as the registration's turn about the middle makes it.
@@ -157,6 +164,24 @@ TEST(CoilImageAgreement, AWrongFocalLengthIsNamed) {
   EXPECT_EQ(agreement.verdict().explanation, Discord::kMagnification);
   EXPECT_NEAR(agreement.verdict().magnification, 0.08, 0.02);
   EXPECT_NE(bench.words().find("camera A looks about"), std::string::npos) << bench.words();
+}
+
+double sigma_across_mm(const AgreementBench& bench, double s_mm) {
+  return bench.sigma_mm(s_mm).head<2>().norm();  // the camera looks along z
+}
+
+TEST(CoilImageAgreement, SigmaAcrossHasAFocalLengthThatIsOffByWhatIsStated) {
+  AgreementBench bench;
+  bench.image_scale = 1 / 1.01;
+  bench.shows_end = false;
+  EXPECT_FALSE(bench.watch(1, as_it_is).disagree());
+  EXPECT_GT(sigma_across_mm(bench, 0), 0.7 * 0.01 * from_axis_mm(0)) << from_axis_mm(0);
+}
+
+TEST(CoilImageAgreement, SigmaAcrossOfARoomThatFitsIsNoMoreThanWhatIsStated) {
+  AgreementBench bench;
+  bench.watch(20, as_it_is);
+  EXPECT_LT(sigma_across_mm(bench, 0), 0.01 * from_axis_mm(0));
 }
 
 TEST(CoilImageAgreement, OneCoilIsNamed) {
@@ -265,12 +290,48 @@ TEST(CoilImageAgreement, AfterAResetNothingIsKnown) {
   EXPECT_EQ(bench.sigma_mm(100), AgreementBench().sigma_mm(100));
 }
 
+TEST(CoilImageAgreement, ItsSummaryIsEmptyUntilSomethingWasCompared) {
+  AgreementBench bench;
+  const CoilImageAgreement& agreement = bench.forget();
+  EXPECT_EQ(agreement.summary().probability, 0);
+  EXPECT_EQ(agreement.summary().as_stated, 0);
+  bench.watch(4, registered_wrong({5, 3, 0}, -2 * kDegree));
+  const EmImageAgreement summary = agreement.summary();
+  EXPECT_TRUE(summary.disagree);
+  EXPECT_EQ(summary.explanation, Discord::kRegistration);
+  EXPECT_GT(summary.probability, 0.9F);
+  EXPECT_LT(summary.as_stated, 0.01F);
+  EXPECT_EQ(summary.shift_mm[0], static_cast<float>(agreement.verdict().shift_mm.x()));
+  EXPECT_EQ(summary.turn_rad[2], static_cast<float>(agreement.verdict().turn_rad.z()));
+  EXPECT_GT(summary.unsure_mm, 5) << "as far as it is seen to be off, at least";
+}
+
+TEST(CoilImageAgreement, APersonIsToldAlsoThatNothingHasToBeExplained) {
+  const InstrumentDescription instrument = one_view_room().instruments.front();
+  EXPECT_EQ(describe_agreement({}, instrument, {}), "coils and images were not compared yet");
+  EmImageAgreement agreement{
+      .probability = 0.8F, .as_stated = 0.93F, .shift_mm = {0, 0.6F, 0.8F}, .unsure_mm = 1.5F};
+  EXPECT_EQ(describe_agreement(agreement, instrument, {}),
+            "coils and images agree (as stated 93 %): seen off by 1.0 mm and 0.0 degrees together, may be by "
+            "1.5 and 0.0; 0.0 mm along the tube, 0 ms");
+  agreement.disagree = true;
+  agreement.explanation = Discord::kCoilArcLength;
+  agreement.index = 1;
+  agreement.arc_length_mm = 7;
+  agreement.as_stated = 0.02F;
+  const std::string nearer = " lies about 7 mm nearer to the tip than its offset_from_tip_mm says";
+  EXPECT_NE(describe_agreement(agreement, instrument, {})
+                .find("coils and images disagree (as stated 2 %): coil 2 (sensor 2)" + nearer),
+            std::string::npos);
+  EXPECT_NE(explanation_of(agreement, InstrumentDescription{}, {}).find("coil 2" + nearer), std::string::npos)
+      << "where nobody says which sensor that is";
+}
+
 TEST(CoilImageAgreement, WordsAreCutToTheirRoom) {
-  CoilImageAgreement::Verdict verdict;
-  verdict.explanation = Discord::kField;
+  const EmImageAgreement agreement{.explanation = Discord::kField};
   std::array<char, 20> text{};
   text.fill('x');
-  write_disagreement(verdict, one_view_room().instruments.front(), {}, text);
+  write_disagreement(agreement, one_view_room().instruments.front(), {}, text);
   EXPECT_EQ(std::string(text.data()), "cath-1: coils and i");
 }
 

@@ -71,6 +71,7 @@ TEST(LinearEvidence, HasTheMeanAndTheCovarianceOfTheNormalEquations) {
   ASSERT_TRUE(evidence.take_as_base());
   evidence.widened({});
   EXPECT_LT((evidence.covariance_of_first() - N.inverse().topLeftCorner<6, 6>()).norm(), 1e-9);
+  EXPECT_NEAR(evidence.variance_of(kUnknowns - 1), N.inverse()(kUnknowns - 1, kUnknowns - 1), 1e-9);
 }
 
 /// What of the base is allowed more.
@@ -101,6 +102,9 @@ TEST_P(LinearEvidenceWidened, IsTheExplanationThatAllowsThoseUnknownsMore) {
   ASSERT_TRUE(whole.take_as_base());
   whole.widened({});
   EXPECT_LT((evidence.covariance_of_first() - whole.covariance_of_first()).norm(), 1e-8);
+  for (Eigen::Index unknown = 0; unknown < kUnknowns; ++unknown) {
+    EXPECT_NEAR(evidence.variance_of(unknown), whole.variance_of(unknown), 1e-8) << unknown;
+  }
 }
 
 TEST_P(LinearEvidenceWidened, LeavesTheBaseAsItIs) {

@@ -141,6 +141,20 @@ inline InstrumentHealthValues distinct_health() {
   health.exposure_to_publish.max_ns = 507;
   std::iota(health.exposure_to_publish.buckets.begin(), health.exposure_to_publish.buckets.end(), 600);
   health.allocations_counted[0] = true;
+  health.agreement = {.disagree = true,
+                      .explanation = Discord::kCoilArcLength,
+                      .index = 508,
+                      .probability = 0.75F,
+                      .as_stated = 0.125F,
+                      .unsure_mm = 513,
+                      .unsure_rad = 514,
+                      .arc_length_mm = 509,
+                      .end_mm = 510,
+                      .clock_s = 511,
+                      .magnification = 512};
+  fill(health.agreement.shift_mm, 520);
+  fill(health.agreement.turn_rad, 530);
+  fill(health.agreement.coil_mm, 540);
   return health;
 }
 

@@ -246,6 +246,22 @@ TEST(WireConversion, HealthCarriesEveryCounterOfEveryStage) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(wire.validity_counts[i], health.validity_counts[i]);
   EXPECT_EQ(wire.exposure_to_publish.count, health.exposure_to_publish.count);
   EXPECT_EQ(wire.exposure_to_publish.max_ns, health.exposure_to_publish.max_ns);
+  EXPECT_TRUE(wire.agreement.disagree);
+  EXPECT_EQ(wire.agreement.explanation, 7U);
+  EXPECT_EQ(wire.agreement.index, health.agreement.index);
+  EXPECT_EQ(wire.agreement.probability, health.agreement.probability);
+  EXPECT_EQ(wire.agreement.as_stated, health.agreement.as_stated);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(wire.agreement.shift_mm[k], health.agreement.shift_mm[k]);
+    EXPECT_EQ(wire.agreement.turn_rad[k], health.agreement.turn_rad[k]);
+    EXPECT_EQ(wire.agreement.coil_mm[k], health.agreement.coil_mm[k]);
+  }
+  EXPECT_EQ(wire.agreement.unsure_mm, health.agreement.unsure_mm);
+  EXPECT_EQ(wire.agreement.unsure_rad, health.agreement.unsure_rad);
+  EXPECT_EQ(wire.agreement.arc_length_mm, health.agreement.arc_length_mm);
+  EXPECT_EQ(wire.agreement.end_mm, health.agreement.end_mm);
+  EXPECT_EQ(wire.agreement.clock_s, health.agreement.clock_s);
+  EXPECT_EQ(wire.agreement.magnification, health.agreement.magnification);
   ASSERT_EQ(wire.stage_count, 1U);
   EXPECT_STREQ(wire.stages[0].name, "Frangi");
   EXPECT_EQ(wire.stages[0].steps, stage.report.steps);
