@@ -88,7 +88,8 @@ def without_fluoroscopy_shapes_are_valid_from_coils_alone(bed):
               f"expected VALID with IMAGE_OFF alone: {beds.shortened(sample)}")
     sigma_off, sigma_on = median_sigma_mm(samples), median_sigma_mm(with_image)
     say(f"one sigma {sigma_off:.2f} mm without fluoroscopy, {sigma_on:.2f} mm with it")
-    check_timing(sigma_off > 2 * sigma_on, f"without images sigma is {sigma_off:.2f} mm, with them {sigma_on:.2f} mm")
+    # Images hold the tube up to their own scale, which is known to 1 %.
+    check_timing(sigma_off > 1.5 * sigma_on, f"without images sigma is {sigma_off:.2f} mm, with them {sigma_on:.2f} mm")
     subscriber.wait_for(is_fused_without_reserve, "VALID shape with an image", 2, on_ns)
 
 
