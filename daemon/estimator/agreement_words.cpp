@@ -1,6 +1,7 @@
 #include "daemon/estimator/agreement_words.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>

@@ -1,12 +1,16 @@
 // tubectl check: does a recording, or a room that runs, fit how it is described?
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"

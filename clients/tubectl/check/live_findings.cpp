@@ -3,9 +3,11 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <string_view>
 
 #include "clients/tubectl/watch/published_agreement.hpp"
 #include "daemon/estimator/agreement_words.hpp"
