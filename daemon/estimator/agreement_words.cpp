@@ -4,17 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
+
+#include "idl/geometry/degree.hpp"
 
 namespace tubed {
 
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-double length_of(const std::array<float, 3>& vector) {
-  return static_cast<double>(std::hypot(vector[0], vector[1], vector[2]));
-}
 
 using CoilName = std::array<char, 48>;
 
@@ -42,7 +37,7 @@ void write_explanation(const EmImageAgreement& agreement, const InstrumentDescri
       std::snprintf(text.data(), text.size(),
                     "all coils are off together, by about %.0f mm and %.1f degrees: check the registration "
                     "(T_world_em), the table, and the camera's pose",
-                    length_of(agreement.shift_mm), length_of(agreement.turn_rad) * kDegrees);
+                    length_of(agreement.shift_mm), length_of(agreement.turn_rad) / kDegree);
       return;
     case Discord::kArcLengths:
       std::snprintf(
@@ -101,6 +96,10 @@ void write_disagreement(const EmImageAgreement& agreement, const InstrumentDescr
   write_explanation(agreement, instrument, cameras, text.subspan(used));
 }
 
+double length_of(const std::array<float, 3>& vector) {
+  return static_cast<double>(std::hypot(vector[0], vector[1], vector[2]));
+}
+
 std::string explanation_of(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                            std::span<const CameraCalibration> cameras) {
   std::array<char, 192> text{};
@@ -124,8 +123,8 @@ std::string describe_agreement(const EmImageAgreement& agreement, const Instrume
       text.data(), text.size(),
       "coils and images agree (as stated %.0f %%): seen off by %.1f mm and %.1f degrees together, may be "
       "by %.1f and %.1f; %.1f mm along the tube, %.0f ms",
-      as_stated_percent, length_of(agreement.shift_mm), length_of(agreement.turn_rad) * kDegrees,
-      static_cast<double>(agreement.unsure_mm), static_cast<double>(agreement.unsure_rad) * kDegrees,
+      as_stated_percent, length_of(agreement.shift_mm), length_of(agreement.turn_rad) / kDegree,
+      static_cast<double>(agreement.unsure_mm), static_cast<double>(agreement.unsure_rad) / kDegree,
       static_cast<double>(agreement.arc_length_mm), static_cast<double>(agreement.clock_s) * 1e3);
   return text.data();
 }

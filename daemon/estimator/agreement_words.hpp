@@ -1,6 +1,7 @@
 // What coils and images disagree about, for a person.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 
@@ -17,6 +18,9 @@ void write_disagreement(const EmImageAgreement& agreement, const InstrumentDescr
 /// What explains it best and by how much, and what to do, without the beginning of that sentence. Allocates.
 std::string explanation_of(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                            std::span<const CameraCalibration> cameras);
+
+/// Length of a shift in mm, angle of a rotation vector in rad.
+double length_of(const std::array<float, 3>& vector);
 
 /// One line for a person, also where nothing has to be explained: what was seen to be off, and how probable
 /// it is that everything is as stated. A coil's sensor number is left out where `instrument` has none.

@@ -250,6 +250,10 @@ void CoilImageAgreement::conclude() {
   end_contradicts_ = std::abs(beyond_tip_mm) > contradicts_mm;
   if (end_contradicts_ && verdict_.explanation == Discord::kNone) {
     verdict_.explanation = Discord::kArcLengths;
+    verdict_.probability = 0;
+    for (const Explanation& explanation : explanations_) {
+      if (explanation.discord == Discord::kArcLengths) verdict_.probability += explanation.probability;
+    }
     verdict_.end_mm = beyond_tip_mm;
   }
 }
@@ -299,7 +303,8 @@ EmImageAgreement CoilImageAgreement::summary() const {
   if (!seen_.model().has_centre()) {
     return summary;
   }
-  summary.probability = static_cast<float>(verdict_.probability);
+  // Above zero says that something was compared.
+  summary.probability = std::max(static_cast<float>(verdict_.probability), std::numeric_limits<float>::min());
   summary.as_stated = static_cast<float>(verdict_.as_stated);
   Eigen::Map<Eigen::Vector3f>(summary.shift_mm.data()) = verdict_.shift_mm.cast<float>();
   Eigen::Map<Eigen::Vector3f>(summary.turn_rad.data()) = verdict_.turn_rad.cast<float>();

@@ -106,6 +106,9 @@ void copy_field(const CoilResidual& ours, tubed_CoilResidual& wire) {
 void copy_field(const ViewUsed& ours, tubed_ViewUsed& wire) {
   TUBED_FIELDS_OF_ViewUsed(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
 }
+void copy_field(const EmImageAgreement& ours, tubed_EmImageAgreement& wire) {
+  TUBED_FIELDS_OF_EmImageAgreement(TUBED_COPY_FIELD, TUBED_COPY_NO_LIST)
+}
 #undef TUBED_COPY_FIELD
 #undef TUBED_COPY_NO_LIST
 
@@ -149,23 +152,6 @@ void copy_histogram(const LatencyHistogramValues& histogram, tubed_LatencyHistog
   wire.count = histogram.count;
   wire.max_ns = histogram.max_ns;
   copy_array(histogram.buckets, wire.buckets);
-}
-
-void copy_agreement(const EmImageAgreement& agreement, tubed_EmImageAgreement& wire) {
-  wire.disagree = agreement.disagree;
-  wire.explanation = static_cast<std::uint32_t>(agreement.explanation);
-  wire.index = agreement.index;
-  wire.probability = agreement.probability;
-  wire.as_stated = agreement.as_stated;
-  copy_array(agreement.shift_mm, wire.shift_mm);
-  copy_array(agreement.turn_rad, wire.turn_rad);
-  wire.unsure_mm = agreement.unsure_mm;
-  wire.unsure_rad = agreement.unsure_rad;
-  copy_array(agreement.coil_mm, wire.coil_mm);
-  wire.arc_length_mm = agreement.arc_length_mm;
-  wire.end_mm = agreement.end_mm;
-  wire.clock_s = agreement.clock_s;
-  wire.magnification = agreement.magnification;
 }
 
 void copy_camera(const CameraIdentityValues& camera, tubed_CameraIdentity& wire) {
@@ -245,7 +231,7 @@ void to_wire(const InstrumentHealthValues& health, std::span<const NamedStageRep
   wire.estimates = health.estimates;
   copy_array(health.validity_counts, wire.validity_counts);
   copy_histogram(health.exposure_to_publish, wire.exposure_to_publish);
-  copy_agreement(health.agreement, wire.agreement);
+  copy_field(health.agreement, wire.agreement);
   wire.stage_count = static_cast<std::uint32_t>(std::min<std::size_t>(stages.size(), kMaxStages));
   for (std::size_t i = 0; i < wire.stage_count; ++i) {
     const StageReport& report = stages[i].report;

@@ -116,12 +116,18 @@ class Listener {
     take_all(*em_);
     take_all(*statuses_);
     if (health != nullptr) instruments_[health->instrument_id].take(*health);
+    std::erase_if(instruments_, [this](const auto& entry) { return !is_remembered(entry.first); });
     return health != nullptr;
   }
 
   [[nodiscard]] const std::map<std::string, LiveFindings>& instruments() const { return instruments_; }
 
  private:
+  /// Others made room for instruments that came later.
+  [[nodiscard]] bool is_remembered(const std::string& id) const {
+    return identities_->has(id) || em_->has(id) || statuses_->has(id) || health_->has(id);
+  }
+
   template <typename Sample>
   void take_all(TopicReader<Sample>& reader) {
     while (const Sample* const sample = reader.take()) instruments_[sample->instrument_id].take(*sample);

@@ -3,14 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 #include <string_view>
 
 #include "clients/tubectl/watch/published_agreement.hpp"
 #include "daemon/estimator/agreement_words.hpp"
+#include "idl/geometry/degree.hpp"
 #include "idl/validity.hpp"
 
 namespace tubed {
@@ -18,12 +16,7 @@ namespace tubed {
 namespace {
 
 constexpr double kMostlyLost = 0.4;  // share of the seconds
-constexpr double kSomeImages = 0.3;  // share of the seconds, to judge what images show
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-double length_of(const std::array<float, 3>& vector) {
-  return static_cast<double>(std::hypot(vector[0], vector[1], vector[2]));
-}
+constexpr double kSeldom = 0.1;      // share of the seconds without a shape that needs no word
 
 SequenceMeasurement measurement_of(const tubed_EmSamples& samples) {
   SequenceMeasurement measurement;
@@ -55,8 +48,8 @@ std::vector<Part> parts_of(const EmImageAgreement& agreement) {
   return {{"registration",
            {kRegistration},
            fmt::format("seen {:.1f} mm and {:.1f} degrees off, may be {:.1f} and {:.1f}",
-                       length_of(agreement.shift_mm), length_of(agreement.turn_rad) * kDegrees,
-                       mm(agreement.unsure_mm), mm(agreement.unsure_rad) * kDegrees)},
+                       length_of(agreement.shift_mm), length_of(agreement.turn_rad) / kDegree,
+                       mm(agreement.unsure_mm), mm(agreement.unsure_rad) / kDegree)},
           {"arc lengths",
            {kArcLengths, kCoilArcLength},
            fmt::format("seen {:+.1f} mm off, the tube ends {:+.1f} mm from where they say",
@@ -88,6 +81,11 @@ void LiveFindings::take(const tubed_TubeHealth& health) {
   without_image_ += has_image ? 0 : 1;
   lost_ += has_image && reasons.has(Reason::kImageLostTube) ? 1 : 0;
   moved_ += reasons.has(Reason::kGeometryChanged) ? 1 : 0;
+  rivalled_ += reasons.has(Reason::kRivalWriter) ? 1 : 0;
+  const auto validity = static_cast<Validity>(status_ ? status_->validity : 0);
+  const bool has_shape = validity == Validity::kValid || validity == Validity::kQuestionable;
+  without_shape_ += has_shape ? 0 : 1;
+  if (!has_shape) why_none_ = names_of(reasons);
 }
 
 void LiveFindings::add_coils(std::vector<RecordingFinding>& findings) const {
@@ -103,13 +101,29 @@ void LiveFindings::add_coils(std::vector<RecordingFinding>& findings) const {
   findings.push_back(check_coil_distances(sequence));
 }
 
+RecordingFinding LiveFindings::shapes() const {
+  RecordingFinding finding{
+      "shapes", RecordingFinding::Verdict::kFine,
+      fmt::format("VALID or QUESTIONABLE in {} of {} s", seconds_ - without_shape_, seconds_), ""};
+  if (rivalled_ > 0) {
+    finding.verdict = RecordingFinding::Verdict::kWrong;
+    finding.evidence += fmt::format(", RIVAL_WRITER in {} s", rivalled_);
+    finding.advice = "somebody else publishes this instrument too: `tubectl doctor` says who";
+  } else if (share(without_shape_) > kSeldom) {
+    finding.verdict = RecordingFinding::Verdict::kWrong;
+    finding.evidence += ", otherwise " + why_none_;
+    finding.advice = "`tubectl top` says which stage is at fault, and why";
+  }
+  return finding;
+}
+
 RecordingFinding LiveFindings::tube_in_images() const {
   RecordingFinding finding{"tube in images", RecordingFinding::Verdict::kNotJudged, "", ""};
   if (identity_ && identity_->camera_count == 0) {
     finding.evidence = "no camera is configured";
     return finding;
   }
-  if (share(seconds_ - without_image_) < kSomeImages) {
+  if (!has_images()) {
     finding.evidence = fmt::format("no new image in {} of {} s", without_image_, seconds_);
     finding.advice = "fluoroscopy on, the catheter in view and moving, and check again";
     return finding;
@@ -142,27 +156,38 @@ void LiveFindings::add_agreement(std::vector<RecordingFinding>& findings) const 
         std::find(part.named.begin(), part.named.end(), agreement.explanation) != part.named.end();
     if (agreement.disagree && is_named) {
       findings.push_back({part.what, RecordingFinding::Verdict::kWrong,
-                          fmt::format("explains best how coils and images disagree, {:.0f} %",
-                                      100 * static_cast<double>(agreement.probability)),
+                          agreement.explanation == Discord::kArcLengths
+                              ? part.evidence  // the end is seen, however likely
+                              : fmt::format("explains best how coils and images disagree, {:.0f} %",
+                                            100 * static_cast<double>(agreement.probability)),
                           explanation_of(agreement, InstrumentDescription{}, cameras)});
     } else if (agreement.disagree) {
       findings.push_back({part.what, RecordingFinding::Verdict::kNotJudged, "what is WRONG hides it", ""});
+    } else if (!has_images()) {
+      findings.push_back({part.what, RecordingFinding::Verdict::kNotJudged, "no new image", ""});
     } else {
       findings.push_back({part.what, RecordingFinding::Verdict::kFine, part.evidence, ""});
     }
   }
 }
 
+RecordingFinding LiveFindings::view() const {
+  if (moved_ == 0 && !has_images()) {
+    return {"view", RecordingFinding::Verdict::kNotJudged, "no new image", ""};
+  }
+  return {
+      "view", moved_ > 0 ? RecordingFinding::Verdict::kWrong : RecordingFinding::Verdict::kFine,
+      fmt::format("it had moved, or may have, in {} of {} s", moved_, seconds_),
+      moved_ > 0 ? "send the pose with each image, or put the C-arm and the table back: `tubectl top`" : ""};
+}
+
 std::vector<RecordingFinding> LiveFindings::findings() const {
   std::vector<RecordingFinding> findings;
+  findings.push_back(shapes());
   add_coils(findings);
   findings.push_back(tube_in_images());
   add_agreement(findings);
-  findings.push_back(
-      {"view", moved_ > 0 ? RecordingFinding::Verdict::kWrong : RecordingFinding::Verdict::kFine,
-       fmt::format("it had moved, or may have, in {} of {} s", moved_, seconds_),
-       moved_ > 0 ? "send the pose with each image, or put the C-arm and the table back: `tubectl top`"
-                  : ""});
+  findings.push_back(view());
   return findings;
 }
 

@@ -26,15 +26,20 @@ class LiveFindings {
   /// Reports of health that have come.
   [[nodiscard]] int seconds() const { return seconds_; }
 
-  /// Directions and distances of the coils, the tube in the images, registration, arc lengths, clock, focal
-  /// length, coils, view.
+  /// Whether there are shapes and one writer, directions and distances of the coils, the tube in the images,
+  /// registration, arc lengths, clock, focal length, coils, view.
   [[nodiscard]] std::vector<RecordingFinding> findings() const;
 
  private:
   static constexpr std::size_t kMaxMeasurements = 4096;
 
   [[nodiscard]] double share(int times) const { return seconds_ > 0 ? 1.0 * times / seconds_ : 0; }
+  static constexpr double kSomeImages = 0.3;  // share of the seconds, to judge what images show
+
+  [[nodiscard]] bool has_images() const { return share(seconds_ - without_image_) >= kSomeImages; }
+  [[nodiscard]] RecordingFinding shapes() const;
   [[nodiscard]] RecordingFinding tube_in_images() const;
+  [[nodiscard]] RecordingFinding view() const;
   void add_coils(std::vector<RecordingFinding>& findings) const;
   void add_agreement(std::vector<RecordingFinding>& findings) const;
 
@@ -44,9 +49,12 @@ class LiveFindings {
   std::vector<SequenceMeasurement> measurements_;
   std::size_t next_measurement_ = 0;
   int seconds_ = 0;
-  int without_image_ = 0;  ///< seconds, as the next two
+  int without_image_ = 0;  ///< seconds, as the next four
   int lost_ = 0;
   int moved_ = 0;
+  int rivalled_ = 0;
+  int without_shape_ = 0;
+  std::string why_none_;  ///< reasons of the newest of those
 };
 
 }  // namespace tubed

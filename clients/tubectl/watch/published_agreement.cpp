@@ -1,28 +1,36 @@
 #include "clients/tubectl/watch/published_agreement.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "daemon/estimator/agreement_words.hpp"
+#include "idl/wire_fields.h"
 
 namespace tubed {
 
+namespace {
+
+template <typename Ours, typename Wires>
+void read_field(Ours& ours, const Wires& wire) {
+  ours = static_cast<Ours>(wire);
+}
+
+template <typename T, std::size_t size>
+void read_field(std::array<T, size>& ours, const T (&wire)[size]) {
+  std::copy(std::begin(wire), std::end(wire), ours.begin());
+}
+
+}  // namespace
+
 EmImageAgreement agreement_of(const tubed_EmImageAgreement& wire) {
-  EmImageAgreement agreement{.disagree = wire.disagree,
-                             .explanation = static_cast<Discord>(wire.explanation),
-                             .index = wire.index,
-                             .probability = wire.probability,
-                             .as_stated = wire.as_stated,
-                             .unsure_mm = wire.unsure_mm,
-                             .unsure_rad = wire.unsure_rad,
-                             .arc_length_mm = wire.arc_length_mm,
-                             .end_mm = wire.end_mm,
-                             .clock_s = wire.clock_s,
-                             .magnification = wire.magnification};
-  std::copy(std::begin(wire.shift_mm), std::end(wire.shift_mm), agreement.shift_mm.begin());
-  std::copy(std::begin(wire.turn_rad), std::end(wire.turn_rad), agreement.turn_rad.begin());
-  std::copy(std::begin(wire.coil_mm), std::end(wire.coil_mm), agreement.coil_mm.begin());
-  return agreement;
+  EmImageAgreement ours;
+#define TUBED_READ_FIELD(field) read_field(ours.field, wire.field);
+#define TUBED_READ_NO_LIST(list, count) static_assert(false);
+  TUBED_FIELDS_OF_EmImageAgreement(TUBED_READ_FIELD, TUBED_READ_NO_LIST)
+#undef TUBED_READ_FIELD
+#undef TUBED_READ_NO_LIST
+      return ours;
 }
 
 InstrumentDescription instrument_of(const tubed_TubeIdentity* identity) {

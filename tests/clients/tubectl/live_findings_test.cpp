@@ -39,6 +39,7 @@ tubed_TubeIdentity identity() {
 
 tubed_TubeStatus status_with(std::uint32_t reasons) {
   tubed_TubeStatus status{};
+  status.validity = 1;
   status.reasons = reasons;
   return status;
 }
@@ -72,7 +73,7 @@ const RecordingFinding& finding(const std::vector<RecordingFinding>& findings, c
 
 TEST(LiveFindings, ARoomThatIsAsDescribedIsFine) {
   const auto findings = seconds_of(5, status_with(0), compared()).findings();
-  EXPECT_EQ(findings.size(), 9U);
+  EXPECT_EQ(findings.size(), 10U);
   for (const RecordingFinding& each : findings) {
     EXPECT_EQ(each.verdict, Found::kFine) << each.what << ": " << each.evidence;
     EXPECT_EQ(each.advice, "") << each.what;
@@ -106,6 +107,27 @@ TEST(LiveFindings, WithoutFluoroscopyNothingIsSaidOfImages) {
   EXPECT_EQ(finding(findings, "tube in images").verdict, Found::kNotJudged);
   EXPECT_NE(finding(findings, "tube in images").advice.find("fluoroscopy on"), std::string::npos);
   EXPECT_EQ(finding(findings, "coil directions").verdict, Found::kFine);
+}
+
+TEST(LiveFindings, WhatWasSeenBeforeIsNoFindingOfARoomWithoutImages) {
+  const auto findings = seconds_of(5, status_with(tubed_REASON_IMAGE_OFF), compared()).findings();
+  for (const char* const of_images : {"registration", "arc lengths", "clock", "focal length", "view"}) {
+    EXPECT_EQ(finding(findings, of_images).verdict, Found::kNotJudged) << of_images;
+  }
+}
+
+TEST(LiveFindings, ARoomWithoutShapesIsNotFine) {
+  tubed_TubeStatus stale = status_with(tubed_REASON_EM_STALE);
+  stale.validity = 3;
+  const auto findings = seconds_of(5, stale, {}).findings();
+  EXPECT_EQ(finding(findings, "shapes").verdict, Found::kWrong);
+  EXPECT_NE(finding(findings, "shapes").evidence.find("EM_STALE"), std::string::npos);
+}
+
+TEST(LiveFindings, ARivalIsTold) {
+  const auto findings = seconds_of(5, status_with(tubed_REASON_RIVAL_WRITER), compared()).findings();
+  EXPECT_EQ(finding(findings, "shapes").verdict, Found::kWrong);
+  EXPECT_NE(finding(findings, "shapes").advice.find("doctor"), std::string::npos);
 }
 
 TEST(LiveFindings, AModeThatDoesNotCompareIsNamed) {

@@ -125,6 +125,17 @@ TEST(CoilImageAgreement, AnEndThatLiesElsewhereIsDoubtedAlongTheTube) {
   EXPECT_NEAR(bench.sigma_mm(200).dot(along.cwiseAbs()), 3, 1.5);
 }
 
+TEST(CoilImageAgreement, AnEndThatAloneLiesElsewhereHasItsOwnProbability) {
+  AgreementBench bench;
+  bench.lasting_mm = 4;  // of coils along the tube, so that arc lengths explain nothing better
+  bench.end_mm = 4;
+  const EmImageAgreement summary = bench.watch(5, as_it_is).summary();
+  EXPECT_TRUE(summary.disagree);
+  EXPECT_EQ(summary.explanation, Discord::kArcLengths);
+  EXPECT_GT(summary.probability, 0);
+  EXPECT_LE(summary.probability, 1 - summary.as_stated + 1e-6F);
+}
+
 TEST(CoilImageAgreement, LateImagesAreNamedWhereTheTubeMoves) {
   AgreementBench bench;
   bench.motion_mm = [](double t_s) {
