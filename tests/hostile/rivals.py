@@ -73,7 +73,8 @@ def a_real_daemon_is_heard_250_ms_after_the_end_of_a_rival_that_came_first(bed):
         real = bed.start_daemon()
         subscriber.wait_for(lambda line: line.get("event") == "rival writer", "second writer", 10, since_ns=since_ns)
         time.sleep(0.5)
-        check({start_of(s) for s in subscriber.samples(since_ns=since_ns)} == {start_of(first.json)}, "not one writer at a time")
+        # A rival that is silent for 250 ms, as one with a sanitizer may be, hands over to the real daemon.
+        check_timing({start_of(s) for s in subscriber.samples(since_ns=since_ns)} == {start_of(first.json)}, "not one writer at a time")
         ended_ns = end(rival, turn)
         again = subscriber.wait_for(lambda line: line.get("daemon_start") not in (None, start_of(first.json)), "shape of the real daemon",
                                     5, since_ns=ended_ns)
@@ -140,27 +141,37 @@ def twenty_thousand_invented_instruments_cost_bounded_memory(bed):
     check_timing(gap_ms < AGAIN_MS, f"the real daemon was not heard for {gap_ms:.0f} ms")
 
 
+def answer(bed, words, *arguments):
+    """What a verb that listens for a second or so answers; with a sanitizer, where two daemons fill both processors and
+    little is heard in a second, it is asked until the words are in it."""
+    until = time.monotonic() + (60 if beds.TIME_FACTOR > 1 else 0)
+    while True:
+        done = bed.tubectl(*arguments)
+        if words in done.stdout or time.monotonic() > until:
+            return done
+
+
 def every_program_says_that_there_is_a_rival(bed):
     bed.tracked()
     configuration = str(bed.folder / "tubed-1.toml")
-    check("writers of cath-1: cath-1 is published by one writer" in bed.tubectl("doctor", "-c", configuration).stdout,
-          "the doctor does not see the one writer")
+    one_writer = "writers of cath-1: cath-1 is published by one writer"
+    check(one_writer in answer(bed, one_writer, "doctor", "-c", configuration).stdout, "the doctor does not see the one writer")
     rival = bed.start_daemon()
     time.sleep(2)
-    doctor = bed.tubectl("doctor", "-c", configuration)
+    doctor = answer(bed, "WRONG:  writers", "doctor", "-c", configuration)
     check("WRONG:  writers of cath-1: cath-1 is published by two writers (RIVAL_WRITER); one of them: tubed, process"
           in doctor.stdout, f"doctor: {doctor.stdout}")
     check(doctor.returncode == 1, f"doctor exits with {doctor.returncode}")
-    status = bed.tubectl("status")
+    status = answer(bed, "RIVAL_WRITER", "status")
     check(' rival="tubed, process ' in status.stdout and "RIVAL_WRITER" in status.stdout, f"status: {status.stdout}")
     check(status.returncode == 1, f"status exits with {status.returncode}")
-    stat = bed.tubectl("stat", "--seconds", "1").stdout
+    stat = answer(bed, "RIVAL_WRITER", "stat", "--seconds", "1").stdout
     check("samples of another writer of the same instrument were refused" in stat and "RIVAL_WRITER" in stat, f"stat: {stat}")
-    top = bed.tubectl("top", "--count", "2").stdout
+    top = answer(bed, "RIVAL: ", "top", "--count", "2").stdout
     check("RIVAL: somebody else publishes this instrument too" in top, f"top: {top}")
-    echo = bed.tubectl("echo", "--seconds", "1").stdout
+    echo = answer(bed, "RIVAL: ", "echo", "--seconds", "1").stdout
     check("cath-1 RIVAL: somebody else publishes it too: tubed, process" in echo, f"echo: {echo[:2000]}")
-    topic = bed.tubectl("echo", "--topic", "status", "--json", "--count", "1").stdout
+    topic = answer(bed, "RIVAL_WRITER", "echo", "--topic", "status", "--json", "--count", "1").stdout
     check("RIVAL_WRITER" in topic, f"TubeStatus: {topic}")
     rival.stop()
     time.sleep(1.5)
