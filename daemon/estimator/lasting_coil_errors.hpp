@@ -11,9 +11,9 @@
 
 namespace tubed {
 
-/// The error of each coil's position and tangent is a Gauss-Markov process over the way that the coil has
-/// gone. How large it is in all, and how much of it is noise, is learnt meanwhile. Copied with the state;
-/// never allocates.
+/// The error of each coil's position and tangent is a Gauss-Markov process over time and the way that the
+/// coil has gone; what all coils share of their positions' errors (SharedCoilErrors) lasts longest. How large
+/// it is in all, and how much of it is noise, is learnt meanwhile. Copied with the state; never allocates.
 class LastingCoilErrors {
  public:
   explicit LastingCoilErrors(const EstimatorSettings& settings) : noise_(settings), scale_(settings) {}
@@ -52,6 +52,10 @@ class LastingCoilErrors {
   void reset();
 
  private:
+  void age_positions(double dt_s, const std::array<Eigen::Vector3d, kMaxCoils>& before_mm, int coil_count,
+                     const TubeMap& map, TubeGaussian& tube, Eigen::MatrixXd& scratch) const;
+  void age_tangent(double kept, int column, TubeGaussian& tube) const;
+
   CoilNoise noise_;
   CoilErrorScale scale_;
   bool began_with_known_noise_ = false;

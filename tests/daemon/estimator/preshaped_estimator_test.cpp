@@ -105,7 +105,7 @@ TEST(PreshapedEstimator, AHookThatNobodyToldOfIsDoubtedOrNearEnough) {
     PreshapedBench bench({8, 14, roll_rad}, 6, RestShape::kUnknown);
     bench.measure_times(120);
     const bool is_believed = bench.estimate->validity == Validity::kValid;
-    EXPECT_TRUE(!is_believed || bench.tip_error_mm() < 3) << roll_rad << ' ' << bench.tip_error_mm();
+    EXPECT_TRUE(!is_believed || bench.tip_error_mm() < 3.5) << roll_rad << ' ' << bench.tip_error_mm();
   }
 }
 
