@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "clients/evaluation/agreement_parts.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
 
 namespace tubed {
@@ -282,6 +283,7 @@ std::string most_said(const std::map<std::string, Said>& said, int instants) {
 /// The whole recording, as the daemon would see it.
 void check_agreement(const ConfiguredSequence& run, std::vector<RecordingFinding>& findings) {
   std::map<std::string, Said> said;
+  RecordedAgreement recorded;
   int instants = 0;
   int disagreed = 0;
   int confirmed = 0;
@@ -296,6 +298,7 @@ void check_agreement(const ConfiguredSequence& run, std::vector<RecordingFinding
       [&](const SequenceInstant&, const Observation& observation, AreaPredictions& next) {
         estimator->estimate(observation, *estimate);
         next.add(*estimator, *estimate);
+        recorded.add(*estimate);
         std::array<char, 256> words{};
         ++instants;
         moved += observation.geometry_changed ? 1 : 0;
@@ -324,6 +327,10 @@ void check_agreement(const ConfiguredSequence& run, std::vector<RecordingFinding
     agreement.advice = most_said(said, instants);
   }
   findings.push_back(agreement);
+  if (agreement.verdict != Verdict::kNotJudged) {
+    const std::vector<RecordingFinding> parts = recorded.findings(kSeldom);
+    findings.insert(findings.end(), parts.begin(), parts.end());
+  }
   findings.push_back(
       {"view", share(moved) > 0 ? Verdict::kWrong : Verdict::kFine,
        text_of("it had moved, or may have, in %.0f %% of the instants", 100 * share(moved)),

@@ -6,9 +6,9 @@
 #include <iterator>
 #include <string_view>
 
+#include "clients/evaluation/agreement_parts.hpp"
 #include "clients/tubectl/watch/published_agreement.hpp"
 #include "daemon/estimator/agreement_words.hpp"
-#include "idl/geometry/degree.hpp"
 #include "idl/validity.hpp"
 
 namespace tubed {
@@ -33,32 +33,6 @@ SequenceMeasurement measurement_of(const tubed_EmSamples& samples) {
     }
   }
   return measurement;
-}
-
-/// One thing that may be wrong, as the agreement tells it.
-struct Part {
-  std::string what;
-  std::vector<Discord> named;  ///< the explanations that mean it
-  std::string evidence;
-};
-
-std::vector<Part> parts_of(const EmImageAgreement& agreement) {
-  using enum Discord;
-  const auto mm = [](float value) { return static_cast<double>(value); };
-  return {{"registration",
-           {kRegistration},
-           fmt::format("seen {:.1f} mm and {:.1f} degrees off, may be {:.1f} and {:.1f}",
-                       length_of(agreement.shift_mm), length_of(agreement.turn_rad) / kDegree,
-                       mm(agreement.unsure_mm), mm(agreement.unsure_rad) / kDegree)},
-          {"arc lengths",
-           {kArcLengths, kCoilArcLength},
-           fmt::format("seen {:+.1f} mm off, the tube ends {:+.1f} mm from where they say",
-                       mm(agreement.arc_length_mm), mm(agreement.end_mm))},
-          {"clock", {kClock}, fmt::format("images are stamped {:+.0f} ms late", 1e3 * mm(agreement.clock_s))},
-          {"focal length",
-           {kMagnification},
-           fmt::format("seen {:+.1f} % too large", 100 * mm(agreement.magnification))},
-          {"coils and field", {kField, kCoil}, "each coil lies where the others and the images have it"}};
 }
 
 }  // namespace
@@ -151,10 +125,8 @@ void LiveFindings::add_agreement(std::vector<RecordingFinding>& findings) const 
     return;
   }
   const std::vector<CameraCalibration> cameras = cameras_of(identity_ ? &*identity_ : nullptr);
-  for (const Part& part : parts_of(agreement)) {
-    const bool is_named =
-        std::find(part.named.begin(), part.named.end(), agreement.explanation) != part.named.end();
-    if (agreement.disagree && is_named) {
+  for (const AgreementPart& part : parts_of(agreement)) {
+    if (agreement.disagree && part.is_named_by(agreement.explanation)) {
       findings.push_back({part.what, RecordingFinding::Verdict::kWrong,
                           agreement.explanation == Discord::kArcLengths
                               ? part.evidence  // the end is seen, however likely
