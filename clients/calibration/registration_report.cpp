@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "clients/calibration/formatted.hpp"
+#include "clients/calibration/registration_values.hpp"
 #include "idl/printable_text.hpp"
 
 namespace tubed {
@@ -14,11 +14,6 @@ namespace tubed {
 namespace {
 
 using nlohmann::json;
-
-/// With so many significant digits.
-double rounded(double value, int digits) {
-  return value == 0 ? 0 : std::strtod(formatted("%.*e", digits - 1, value).c_str(), nullptr);
-}
 
 std::string axes_remark(MarkerAxes axes) {
   return axes == MarkerAxes::kAsWritten
@@ -170,17 +165,7 @@ ConfigurationFragment fragment_of(const JudgedRegistration& judged, const Regist
       fragment.remarks.push_back("look at: " + finding.what + ": " + finding.evidence);
     }
   }
-  Eigen::Matrix4d matrix = registration.T_world_em.matrix();
-  for (double& entry : matrix.reshaped()) entry = rounded(entry, 10);
-  std::vector<double> covariance = upper_triangle(registration.quality.covariance);
-  for (double& entry : covariance) entry = rounded(entry, 8);
-  std::vector<double> centre_mm;
-  for (const double entry : registration.centroid_world_mm) centre_mm.push_back(rounded(entry, 8));
-  fragment.values = {{"em.T_world_em", matrix},
-                     {"em.registration_residual_mm", rounded(registration.fre_mm, 4)},
-                     {"em.registration_covariance", covariance},
-                     {"em.registration_centre_mm", centre_mm},
-                     {"em.registration_date", context.date}};
+  add_registration(registration.T_world_em, registration.quality, registration.fre_mm, fragment);
   if (context.world_axes != MarkerAxes::kAsWritten) {
     fragment.values.push_back({"dds.world_axes", std::string(name_of(context.world_axes))});
   }

@@ -6,9 +6,9 @@
 namespace tubed {
 
 CommandLine add_calibrate(CommandLine app, int& exit_code) {
-  CommandLine verb = app.add_subcommand(
-      "calibrate",
-      "Calibrate cameras, coils, a tip's rest shape, the tracker's noise and the clock of images");
+  CommandLine verb = app.add_subcommand("calibrate",
+                                        "Calibrate cameras, coils, a tip's rest shape, the tracker's noise, "
+                                        "the clock of images and the registration");
   verb.require_subcommand();
   add_calibrate_camera(verb, exit_code);
   add_calibrate_phantom(verb, exit_code);
@@ -16,6 +16,7 @@ CommandLine add_calibrate(CommandLine app, int& exit_code) {
   add_calibrate_tip(verb, exit_code);
   add_calibrate_noise(verb, exit_code);
   add_calibrate_time(verb, exit_code);
+  add_calibrate_registration(verb, exit_code);
   return verb;
 }
 
