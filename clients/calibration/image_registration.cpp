@@ -127,8 +127,7 @@ void require_images(const ConfiguredSequence& run) {
           "needed: ",
           seen.beside.size(), seen.images.size(), kMinSightings) +
       "have the catheter in view. Where it is and was not found, the registration is off by more than a "
-      "centimetre "
-      "or something else is wrong: `tubectl check` says what");
+      "centimetre or something else is wrong: `tubectl check` says what");
 }
 
 void judge(const ImageRegistration& found, double max_sigma_mm) {
@@ -137,13 +136,11 @@ void judge(const ImageRegistration& found, double max_sigma_mm) {
   const Eigen::Vector3d d = found.correction.worst_direction();
   throw CalibrationError(
       formatted("along (%.2f, %.2f, %.2f) in the world the registration would be known to %.1f mm only, %.1f "
-                "mm are "
-                "needed: ",
+                "mm are needed: ",
                 d.x(), d.y(), d.z(), worst_mm, max_sigma_mm) +
       formatted("the directions of view lie %.0f degrees apart at most. ", found.apart_rad / kDegree) +
       "Record half a minute while the C-arm swings by 30 degrees and each image says how it stands, or with "
-      "two "
-      "cameras; --max-sigma takes less");
+      "two cameras; --max-sigma takes less");
 }
 
 /// What is left of each coil.

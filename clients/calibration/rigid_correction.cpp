@@ -31,7 +31,7 @@ constexpr int kRounds = 3;
 /// The linear model of some sightings. Unknowns: w, v, and three numbers a coil and place.
 class Model {
  public:
-  explicit Model(std::span<const SeenBesideCoil> seen) : seen_(seen) {
+  explicit Model(std::span<const SeenBesideCoil> seen) {
     for (const SeenBesideCoil& one : seen) {
       centre_mm_ += one.p_world_mm / static_cast<double>(seen.size());
       columns_.try_emplace({one.coil, one.place}, 6 + 3 * static_cast<Eigen::Index>(columns_.size()));
@@ -58,7 +58,6 @@ class Model {
   }
 
  private:
-  std::span<const SeenBesideCoil> seen_;
   Eigen::Vector3d centre_mm_ = Eigen::Vector3d::Zero();
   std::map<std::pair<std::size_t, std::size_t>, Eigen::Index> columns_;
 };

@@ -38,10 +38,10 @@ struct RigidCorrection {
 };
 
 /// off = side . (v + w x (p - c) + e + noise), where e is an error of each coil at each place. How large e
-/// is, the evidence (LinearEvidence) says: all sizes to 6 mm are as likely before, and what results is their
-/// mixture. Nothing is known of v and w before. Sightings beyond 4 standard deviations are left out; those of
-/// a coil, in the order of time, count by how much their neighbours differ. Nothing for fewer than 3 coils or
-/// kMinSightings.
+/// is, the evidence (LinearEvidence) says: all sizes from 0.1 to 6 mm are as likely before, and what results
+/// is their mixture. Nothing is known of v and w before. Sightings beyond 4 standard deviations are left out;
+/// those of a coil, in the order of time, count by how much their neighbours differ. Nothing for fewer than 3
+/// coils or kMinSightings.
 std::optional<RigidCorrection> find_rigid_correction(std::span<const SeenBesideCoil> seen);
 
 inline constexpr std::size_t kMinSightings = 40;

@@ -25,7 +25,7 @@ struct AgreementPart {
 /// Registration, arc lengths, clock, focal length, coils and field.
 std::vector<AgreementPart> parts_of(const EmImageAgreement& agreement);
 
-/// The agreement over a whole recording.
+/// The agreement over a whole recording. Of one thread.
 class RecordedAgreement {
  public:
   /// The next instant. One before anything was compared counts for nothing.

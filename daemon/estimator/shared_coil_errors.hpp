@@ -15,7 +15,8 @@ namespace tubed {
 /// shifts and turns of coils that lie at these places (3n x 6),
 ///   x' = A x,  A = k_shared J J^T + (I - J J^T) D (I - J J^T),  D = diag(k_own),
 /// ages them: ||A|| <= 1 as long as every k is within 0 .. 1, so that A (P - S) A^T + S, with the covariance
-/// S = s^2 I of errors that nothing is known of, is a covariance where P is one. Never allocates.
+/// S = s^2 I of errors that nothing is known of, is a covariance where P is one. Used by the optimizer
+/// thread; never allocates.
 class SharedCoilErrors {
  public:
   /// `places_mm`: of the coils, at least one; world.

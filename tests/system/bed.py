@@ -69,16 +69,6 @@ def need_preloading():
         raise Skip("a library in front of a sanitizer's")
 
 
-def wait_until(condition, timeout_s):
-    """Asks again until the condition holds or timeout_s (longer with a sanitizer) has passed; whether it held."""
-    until = time.monotonic() + timeout_s * TIME_FACTOR
-    while not condition():
-        if time.monotonic() > until:
-            return False
-        time.sleep(0.05)
-    return True
-
-
 def say(message):
     print(message, flush=True)
 
