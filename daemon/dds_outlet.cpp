@@ -9,6 +9,7 @@
 #include "daemon/pipeline/latency_histogram.hpp"
 #include "daemon/publishing/tracker_words.hpp"
 #include "idl/cyclone_log.hpp"
+#include "idl/estimate_age.hpp"
 
 namespace tubed {
 
@@ -67,7 +68,11 @@ DdsOutlet::DdsOutlet(const Configuration& configuration)
       reference_(configuration.room.reference) {}
 
 bool DdsOutlet::publish(const TubeEstimate& estimate) {
-  if (publisher_.publish(estimate) != PublishResult::kWritten) {
+  // The publisher stage has asked, but the process may have been stopped since then. Asked here of the time
+  // that is written on the sample: what is stopped later says itself how long it was under way.
+  const ClockPair now = read_clocks();
+  if (is_history(estimate, now.monotonic_ns) ||
+      publisher_.publish(estimate, now) != PublishResult::kWritten) {
     return false;
   }
   InstrumentState& state = instruments_[estimate.instrument];

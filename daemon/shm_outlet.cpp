@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "idl/estimate_age.hpp"
+
 namespace tubed {
 
 namespace {
@@ -26,7 +28,8 @@ ShmOutlet::ShmOutlet(const Configuration& configuration, std::uint64_t daemon_st
 
 bool ShmOutlet::publish(const TubeEstimate& estimate) {
   const bool is_written = ForwardingOutlet::publish(estimate);
-  if (publisher_.publish(estimate)) {
+  const ClockPair now = read_clocks();  // as DdsOutlet
+  if (!is_history(estimate, now.monotonic_ns) && publisher_.publish(estimate, now)) {
     wake_stage_.wake();
   }
   return is_written;

@@ -2,12 +2,11 @@
 
 #include <cstdio>
 
+#include "idl/estimate_age.hpp"
+
 namespace tubed {
 
 namespace {
-// An estimate begun before a stall is history, also when it was finished afterwards: the process may have
-// been stopped in the middle of it. The next one is at most a period away.
-constexpr std::chrono::milliseconds kOldEstimate{150};
 // Words that change at every measurement do not flood DDS.
 constexpr std::chrono::milliseconds kBetweenWords{100};
 
@@ -43,7 +42,7 @@ bool PublisherStage::publish_estimates(MonotonicTime now) {
       continue;
     }
     const TubeEstimate& estimate = estimates_[i]->front();
-    if (to_ns(now) - estimate.stamps.optimizer_started_ns > std::chrono::nanoseconds(kOldEstimate).count()) {
+    if (is_history(estimate, to_ns(now))) {
       ++too_old_;
       continue;
     }
