@@ -7,7 +7,7 @@
 #include "daemon/estimator/image_timeout.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "daemon/image/mask_cover.hpp"
-#include "daemon/image/view_watch.hpp"
+#include "daemon/image/view_follower.hpp"
 #include "drivers/replay/sequence_image.hpp"
 
 namespace tubed {
@@ -23,7 +23,7 @@ struct CameraBench {
   VesselnessMeter meter;
   ImageMeasurement measurement;
   AreaPrediction prediction;
-  ViewWatch watch;
+  ViewFollower watch;
   ViewGeometry configured;
   bool has_moved = false;  ///< the view is not, or may not be, where its pose says
   PredictedArea predicted;
@@ -155,10 +155,15 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
         if (bench.measurement.state == ImageState::kMeasured) {
           bench.prediction.look_from(bench.measurement.geometry);
         }
+        bench.prediction.on_demand().begin();
+        const auto camera = static_cast<std::size_t>(frame.camera);
         if (!bench.has_moved) {
-          bench.prediction.on_demand().begin();
-          observation.images[static_cast<std::size_t>(frame.camera)] = &bench.measurement;
-          observation.on_demand[static_cast<std::size_t>(frame.camera)] = &bench.prediction.on_demand();
+          observation.images[camera] = &bench.measurement;
+          observation.on_demand[camera] = &bench.prediction.on_demand();
+        } else if (bench.measurement.state == ImageState::kMeasured) {
+          const ViewVerdict& verdict = bench.watch.newest();
+          observation.moved[camera] = {&bench.measurement, &bench.prediction.on_demand(), verdict.moves,
+                                       verdict.has_settled, verdict.motion};
         }
         observation.geometry_changed = observation.geometry_changed || bench.has_moved;
         observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;

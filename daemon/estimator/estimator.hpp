@@ -7,6 +7,7 @@
 
 #include "daemon/estimator/em_history.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/image/background_motion.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "drivers/interface/room.hpp"
 #include "idl/estimate.hpp"
@@ -15,6 +16,16 @@ namespace tubed {
 
 class ImageOnDemand;
 class RestHook;
+
+/// An image of a view that is not, or may not be, where its pose says, and what its watch says of that
+/// (ViewVerdict).
+struct MovedImage {
+  ImageMeasurement* image = nullptr;  ///< kMeasured, with the geometry that no longer holds; nullptr: none
+  ImageOnDemand* on_demand = nullptr;
+  std::uint32_t moves = 0;
+  bool has_settled = false;
+  BackgroundMotion motion;
+};
 
 /// All that is known when a shape is due.
 struct Observation {
@@ -28,6 +39,8 @@ struct Observation {
   /// Of each image where not everything is measured: what filters more of it. nullptr where nothing does;
   /// what is not measured then is not in view.
   std::array<ImageOnDemand*, kMaxCameras> on_demand{};
+  /// Per camera the image of this very instant that is left out of `images` because the view moved.
+  std::array<MovedImage, kMaxCameras> moved{};
   /// Newest instant at which any camera delivered pixels that were measured; zero = never.
   MonotonicTime newest_image{};
   /// Images older than this are stale.
@@ -70,6 +83,10 @@ class Estimator {
   /// That coils and images contradict each other: one sentence for a person into `words`, zero-terminated and
   /// cut to its size. False, and nothing is written, while they agree or nobody looks.
   [[nodiscard]] virtual bool describe_disagreement(std::span<char> /*words*/) const noexcept { return false; }
+
+  /// Where a view stands that moved without a word: one sentence, written as above. False while all stand
+  /// where their poses say.
+  [[nodiscard]] virtual bool describe_moved_view(std::span<char> /*words*/) const noexcept { return false; }
 
   /// Forgets the past.
   virtual void reset() noexcept = 0;

@@ -7,12 +7,12 @@
 
 namespace tubed {
 
-namespace {
-
 std::array<float, 6> upper_triangle(const Eigen::Matrix3d& m) {
   return {static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)), static_cast<float>(m(0, 2)),
           static_cast<float>(m(1, 1)), static_cast<float>(m(1, 2)), static_cast<float>(m(2, 2))};
 }
+
+namespace {
 
 /// Adds what the coils say; the number of those that could not be used.
 int judge_coils(const CoilObservations& coils, TubeEstimate& estimate) {

@@ -10,6 +10,9 @@
 
 namespace tubed {
 
+/// As CentrelinePoint has it: xx xy xz yy yz zz.
+std::array<float, 6> upper_triangle(const Eigen::Matrix3d& m);
+
 /// A shape to be written. `covariance` nullptr: unknown, written as infinity.
 struct FoundShape {
   const UniformCubicBSpline* spline = nullptr;

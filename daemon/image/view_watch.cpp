@@ -66,6 +66,7 @@ ViewWatch::ViewWatch(int width, int height, double mm_per_px, double white_level
       motion_finder_(reducer_.rows(), reducer_.columns()),
       last_(reducer_.rows(), reducer_.columns()) {
   keys_.reserve(kMaxKeys);
+  learnt_.reserve(kMaxKeys);
   spare_.reserve(kMaxKeys);
   for (std::size_t i = 0; i < kMaxKeys; ++i) spare_.emplace_back(reducer_.rows(), reducer_.columns());
   newcomers_.reserve(kMaxNewcomers);
@@ -79,6 +80,7 @@ void ViewWatch::begin(MonotonicTime now) {
     spare_.push_back(std::move(keys_.back()));
     keys_.pop_back();
   }
+  learnt_.clear();
   for (Newcomer& newcomer : newcomers_) newcomer.is_used = false;
   best_key_ = 0;
   began_ = now;
@@ -140,6 +142,17 @@ const ViewVerdict& ViewWatch::observe(const ImageFrame& frame) {
   last_open_share_ = open_share;
   has_last_ = true;
   return verdict_;
+}
+
+bool ViewWatch::is_known_for(std::chrono::nanoseconds age) const {
+  return best_key_ < keys_.size() && verdict_.still_share >= kKnown &&
+         last_exposure_ - learnt_[best_key_] >= age;
+}
+
+BackgroundMotion ViewWatch::motion_to_newest() {
+  return keys_.empty() || !has_last_
+             ? BackgroundMotion{}
+             : motion_finder_.find(keys_[best_key_].texture(), last_picture_.texture, mm_per_reduced_px_);
 }
 
 ViewWatch::GalleryMatch ViewWatch::match() {
@@ -218,13 +231,18 @@ void ViewWatch::learn(double share, MonotonicTime exposure) {
   const bool is_whole_new = keys_.empty();
   const bool may_join = is_whole_new || (is_learning(exposure) && !is_doubted());
   if (may_join && !spare_.empty()) {
-    keys_.push_back(std::move(spare_.back()));
-    spare_.pop_back();
-    keys_.back().take(picture_, blocks_);
+    add_key(exposure).take(picture_, blocks_);
   } else {
     admit_or_forget_newcomers(share, exposure);
     if (share >= kMoved) add_newcomer(exposure);
   }
+}
+
+ViewKey& ViewWatch::add_key(MonotonicTime seen) {
+  keys_.push_back(std::move(spare_.back()));
+  spare_.pop_back();
+  learnt_.push_back(seen);
+  return keys_.back();
 }
 
 /// A newcomer is part of the breath when the sequence is back at an older key within one; otherwise it may be
@@ -234,9 +252,7 @@ void ViewWatch::admit_or_forget_newcomers(double share, MonotonicTime exposure) 
     if (!newcomer.is_used) continue;
     const bool is_over = exposure - newcomer.seen > kProbation;
     if (!is_over && share >= kKnown && !spare_.empty()) {
-      keys_.push_back(std::move(spare_.back()));
-      spare_.pop_back();
-      std::swap(keys_.back(), newcomer.key);
+      std::swap(add_key(newcomer.seen), newcomer.key);
       newcomer.is_used = false;
     }
     newcomer.is_used = newcomer.is_used && !is_over;

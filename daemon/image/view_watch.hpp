@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "daemon/image/background_motion.hpp"
@@ -37,8 +38,11 @@ struct ViewVerdict {
   /// The same against the image before. 1 when there is none within 150 ms, and when a key knows the image:
   /// then it is not asked.
   double jump_share = 1;
-  /// What kind of move it was, looked at once, when the state became kMoved.
+  /// What kind of move it was, looked at when the state became kMoved, and by ViewFollower again when the
+  /// view has settled.
   BackgroundMotion motion;
+  std::uint32_t moves = 0;   ///< to how many places the view has gone since it began (ViewFollower)
+  bool has_settled = false;  ///< of a view that moved: it stands still where it is now (ViewFollower)
   MonotonicTime exposure{};
 };
 
@@ -76,6 +80,12 @@ class ViewWatch {
   [[nodiscard]] const ViewVerdict& newest() const { return verdict_; }
   [[nodiscard]] std::size_t key_count() const { return keys_.size(); }
 
+  /// Does the newest image show what a key that is at least as old as that showed?
+  [[nodiscard]] bool is_known_for(std::chrono::nanoseconds age) const;
+
+  /// How the background lies in the newest image against where the key has it that fitted best.
+  BackgroundMotion motion_to_newest();
+
  private:
   /// A view of the background that was seen once; a key when the sequence came back from it to an older key.
   struct Newcomer {
@@ -100,6 +110,7 @@ class ViewWatch {
   void learn(double share, MonotonicTime exposure);
   void admit_or_forget_newcomers(double share, MonotonicTime exposure);
   void add_newcomer(MonotonicTime exposure);
+  ViewKey& add_key(MonotonicTime seen);
 
   ViewReducer reducer_;
   double mm_per_reduced_px_;
@@ -111,9 +122,10 @@ class ViewWatch {
   ViewPicture picture_, last_picture_;
   ViewBlocks blocks_, last_blocks_;
   BackgroundMotionFinder motion_finder_;
-  ViewKey last_;                ///< of last_picture_, once it is asked
-  std::vector<ViewKey> keys_;   ///< those in use
-  std::vector<ViewKey> spare_;  ///< memory for the others
+  ViewKey last_;                       ///< of last_picture_, once it is asked
+  std::vector<ViewKey> keys_;          ///< those in use
+  std::vector<MonotonicTime> learnt_;  ///< when each of them was seen first
+  std::vector<ViewKey> spare_;         ///< memory for the others
   std::vector<Newcomer> newcomers_;
   std::size_t best_key_ = 0;
   MonotonicTime began_{};

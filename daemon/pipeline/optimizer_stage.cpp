@@ -118,8 +118,9 @@ void OptimizerStage::take_images(MonotonicTime now) noexcept {
 void OptimizerStage::take_view(std::size_t camera) noexcept {
   TripleBuffer<ViewVerdict>* const views = cameras_[camera].views;
   if (views != nullptr && views->fetch()) {
-    const ViewState state = views->front().state;
-    states_[camera].is_moved = state == ViewState::kSuspect || state == ViewState::kMoved;
+    CameraState& state = states_[camera];
+    state.view = views->front();
+    state.is_moved = state.view.state == ViewState::kSuspect || state.view.state == ViewState::kMoved;
   }
 }
 
@@ -161,9 +162,7 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
     observation.geometry_changed = observation.geometry_changed || state.is_moved;
     if (is_image_instant && state.unused && same_instant(state.newest, instant)) {
       state.unused = false;
-      if (!state.is_moved) {
-        show(i, observation);
-      }
+      show(i, observation);
     }
     observation.newest_image = std::max(observation.newest_image, state.newest_measured);
     observation.newest_left_out = std::max(observation.newest_left_out, state.newest_left_out);
@@ -177,13 +176,22 @@ Observation OptimizerStage::observe(MonotonicTime instant, MonotonicTime now,
 }
 
 void OptimizerStage::show(std::size_t camera, Observation& observation) noexcept {
-  observation.images[camera] = &cameras_[camera].measurements->front();
+  ImageMeasurement* const image = &cameras_[camera].measurements->front();
+  ImageOnDemand* on_demand = nullptr;
   if (cameras_[camera].prediction != nullptr) {
-    if (observation.images[camera]->state == ImageState::kMeasured) {
-      cameras_[camera].prediction->look_from(observation.images[camera]->geometry);
+    if (image->state == ImageState::kMeasured) {
+      cameras_[camera].prediction->look_from(image->geometry);
     }
-    observation.on_demand[camera] = &cameras_[camera].prediction->on_demand();
-    observation.on_demand[camera]->begin();
+    on_demand = &cameras_[camera].prediction->on_demand();
+    on_demand->begin();
+  }
+  const CameraState& state = states_[camera];
+  if (!state.is_moved) {
+    observation.images[camera] = image;
+    observation.on_demand[camera] = on_demand;
+  } else if (image->state == ImageState::kMeasured) {
+    observation.moved[camera] = {image, on_demand, state.view.moves, state.view.has_settled,
+                                 state.view.motion};
   }
 }
 
@@ -262,6 +270,9 @@ void OptimizerStage::ask_why(MonotonicTime now) noexcept {
       }
       return;
     }
+  }
+  for (const auto& estimator : estimators_) {
+    if (estimator->describe_moved_view(why_)) return;
   }
   why_[0] = '\0';
 }

@@ -48,6 +48,7 @@ class OptimizerStage final : public Stage {
     MonotonicTime newest{};           ///< exposure of the newest measured or refused one, or off instant
     MonotonicTime newest_measured{};  ///< exposure of the newest with pixels that may be used
     MonotonicTime newest_left_out{};  ///< exposure of the newest that was left out because the view moved
+    ViewVerdict view;                 ///< the newest
     bool is_moved = false;            ///< the camera is not, or may not be, where its pose says
     ImageState state = ImageState::kMeasured;
     bool seen_any = false;

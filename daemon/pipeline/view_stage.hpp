@@ -1,6 +1,6 @@
 #pragma once
 
-#include "daemon/image/view_watch.hpp"
+#include "daemon/image/view_follower.hpp"
 #include "daemon/pipeline/doorbell.hpp"
 #include "daemon/pipeline/stage.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
@@ -48,7 +48,7 @@ class ViewStage final : public Stage {
   [[nodiscard]] const ViewGeometry* geometry_of_newest() noexcept;
 
   CameraCalibration camera_;
-  ViewWatch watch_;
+  ViewFollower watch_;
   TripleBuffer<ImageFrame>& from_grab_;
   TripleBuffer<ViewVerdict>& to_optimizer_;
   Doorbell& bell_;

@@ -1,4 +1,5 @@
 """Views that move: poses that come with images, through the simulation and shared memory, and poses that a reload brings."""
+import math
 import signal
 import time
 
@@ -13,6 +14,8 @@ LEARNING_S = 12  # until a view is known well enough for a move of 5 mm
 PANNED_AFTER_S = 10  # the background is learnt in six
 PANNED_PX = 8
 PANNED_MM = PANNED_PX * radiographs.MM_PER_PX  # 4.8
+FOUND_AFTER_MM = 12
+FOUND_WITHIN_S = 25
 LOOKS_PAST_MM = 80  # a camera that is believed to be so far beside where it is does not find the tube
 
 
@@ -57,6 +60,34 @@ def a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_b
     back_ns = bed.fault("image-A", "pan 0")
     subscriber.wait_for(lambda sample: "reason_names" in sample and is_fused(sample) and "GEOMETRY_CHANGED" not in reasons_of(sample),
                         "a shape with images again", 15, since_ns=back_ns + 1_500_000_000)
+
+
+def is_found(sample):
+    """Made with an image of a view that moved, from where coils and images have found it."""
+    return sample.get("has_image", False) and is_geometry_changed(sample) and sample["views"][0]["has_own_geometry"]
+
+
+def a_view_that_moved_is_found_again_and_its_pose_accepted(bed):
+    need_real_time()
+    status = bed.subscribe("--topic", "status")
+    text = bed.simulation()
+    daemon, subscriber = bed.tracked(text)
+    time.sleep(LEARNING_S)
+    panned_ns = bed.fault("image-A", f"pan {FOUND_AFTER_MM}")
+    subscriber.wait_for(is_geometry_changed, "GEOMETRY_CHANGED", 5, since_ns=panned_ns)
+    found = subscriber.wait_for(is_found, "a shape with an image of the view that moved", FOUND_WITHIN_S, since_ns=panned_ns).json
+    pose = found["views"][0]["T_camera_world"]
+    off_mm = math.hypot(pose[3] - FOUND_AFTER_MM, pose[7])
+    say(f"found after {milliseconds(found['valid_time_monotonic_ns'] - panned_ns) / 1e3:.1f} s, {off_mm:.1f} mm from where it is across the view")
+    check(found["validity_name"] == "QUESTIONABLE", f"a pose that nobody has accepted makes a shape {found['validity_name']}")
+    check(off_mm < 3, f"found {off_mm:.1f} mm from where it is: {pose}")
+    status.wait_for(lambda s: any("was found from coils and images" in stage["why"] for stage in s.get("stages", [])),
+                    "the words for it in TubeStatus", 5)
+    written = bed.tubectl("calibrate", "view", "--seconds", "2", "--config", bed.folder / "tubed-1.toml", "--yes")
+    check(written.returncode == 0 and "T_camera_world" in written.stdout, f"calibrate view: {written.stdout}{written.stderr}")
+    accepted_ns = daemon.signal(signal.SIGHUP)
+    subscriber.wait_for(lambda sample: "reason_names" in sample and is_fused(sample) and not is_geometry_changed(sample),
+                        "a VALID shape with the pose that was accepted", 15, since_ns=accepted_ns)
 
 
 def moved(text, by_mm):
@@ -157,7 +188,8 @@ def watched_pan(bed, aside_px_at, told_within_s):
     from_ns = time.monotonic_ns()
     time.sleep(2)
     meanwhile = subscriber.samples(from_ns)
-    check(meanwhile and not any(sample["has_image"] for sample in meanwhile), "images of a view that has moved are used")
+    check(meanwhile and all(is_found(sample) for sample in meanwhile if sample["has_image"]),
+          "images of a view that has moved are used with the pose that it had")
     check(all(sample["validity_name"] == "QUESTIONABLE" and is_geometry_changed(sample) for sample in meanwhile),
           f"not QUESTIONABLE for GEOMETRY_CHANGED: {set((s['validity_name'], s['reason_names']) for s in meanwhile)}")
     check_timing(28 <= rate_hz(meanwhile) <= 32, f"{rate_hz(meanwhile):.1f} Hz")
@@ -186,4 +218,5 @@ if __name__ == "__main__":
               a_required_geometry_that_is_missing_is_told_and_30_hz_goes_on, a_geometry_comes_through_shared_memory,
               a_table_that_is_panned_without_a_word_is_told_at_once_until_the_pose_is_right,
               a_table_that_is_panned_slowly_is_told_before_it_has_gone_5_mm,
-              a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back)
+              a_table_that_is_panned_on_request_is_noticed_and_believed_again_when_it_is_back,
+              a_view_that_moved_is_found_again_and_its_pose_accepted)

@@ -8,5 +8,6 @@ namespace tubed {
 CommandLine add_calibrate_camera(CommandLine app, int& exit_code);
 CommandLine add_calibrate_phantom(CommandLine app, int& exit_code);
 CommandLine add_calibrate_time(CommandLine app, int& exit_code);
+CommandLine add_calibrate_view(CommandLine app, int& exit_code);
 
 }  // namespace tubed

@@ -247,6 +247,8 @@ TEST(OptimizerStage, ImagesOfAViewThatMovedAreLeftOutAndThoseOfTheOtherAreUsed) 
     const Observation& observation = bench.asked[0].back();
     EXPECT_TRUE(observation.is_image_instant);
     EXPECT_EQ(observation.images[0] == nullptr, is_moved);
+    EXPECT_EQ(observation.moved[0].image != nullptr, is_moved);
+    EXPECT_EQ(observation.moved[1].image, nullptr);
     EXPECT_NE(observation.images[1], nullptr);
     EXPECT_EQ(observation.geometry_changed, is_moved);
   }

@@ -1,0 +1,37 @@
+// Any estimator, in a room whose views may move without a word.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "daemon/estimator/view_relocaliser.hpp"
+
+namespace tubed {
+
+/// Has a ViewRelocaliser for each camera find where a view stands after a move that no pose announced, gives
+/// its images to the estimator inside from then on, and adds what is open of that pose to the covariance of
+/// what the image holds. GEOMETRY_CHANGED stays until a pose is given. See Estimator for thread and promises.
+class RelocalisingEstimator final : public Estimator {
+ public:
+  /// `room` as measured_room() has it.
+  RelocalisingEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                        const RoomDescription& room, std::unique_ptr<Estimator> inside);
+
+  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void reset() noexcept override;
+  [[nodiscard]] ImageNeed image_need() const noexcept override { return inside_->image_need(); }
+  [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
+    return inside_->describe_disagreement(words);
+  }
+  [[nodiscard]] bool describe_moved_view(std::span<char> words) const noexcept override;
+
+ private:
+  void add_pose_errors(TubeEstimate& estimate) const;
+
+  std::unique_ptr<Estimator> inside_;
+  std::vector<CameraCalibration> cameras_;
+  std::vector<std::unique_ptr<ViewRelocaliser>> views_;
+};
+
+}  // namespace tubed

@@ -1,0 +1,122 @@
+// Where does a view stand that moved without a word? The catheter is the phantom: coils say where it is in
+// the world, the image where it is in the picture.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/tube_views.hpp"
+#include "daemon/estimator/view_pose.hpp"
+#include "daemon/image/projected_lines.hpp"
+#include "idl/geometry/camera.hpp"
+
+namespace tubed {
+
+/// Follows the pose of one camera, six numbers with a covariance, by an iterated extended Kalman filter,
+/// thrice: the table panned, the C-arm turned about the axis that is vertical in the image, or about the
+/// horizontal one. One image of a smooth tube does not tell these apart; their evidence over the images of a
+/// catheter that moves does, and a background that went all the same way. While the view moves its pose may
+/// go as fast as tables and C-arms do; once it has settled it stays, and each image of a tube that lies
+/// elsewhere than before says more of it. Where an image shows the tube, and its end, TubeViews measures
+/// around the projection of the shape that is known without that image. That shape's errors last and are
+/// shared along the tube: lines within 40 mm of it count as one, and so do images between which it has gone
+/// by less than 20 mm. A turn while fluoroscopy was off is found only where the tube is still within the
+/// lines' reach. Called by the optimizer thread; memory is taken in the constructor.
+class ViewRelocaliser {
+ public:
+  ViewRelocaliser(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                  const CameraCalibration& measured);
+
+  enum class State {
+    kGiven,  ///< it stands where configuration or image says
+    kLost,   ///< it moved, and is being looked for
+    kFound,  ///< its images may be used, with pose()
+  };
+  [[nodiscard]] State state() const { return state_; }
+
+  /// Image and verdict of a view that is not where its pose says. `shape`: without that image, of its
+  /// instant.
+  void observe(const MovedImage& moved, const TubeEstimate& shape);
+
+  /// Before an image is used: does the pose still hold? False when it moved again.
+  bool holds(const MovedImage& moved);
+
+  /// An image with pose() was used for that estimate.
+  void judge_use(const TubeEstimate& estimate, MonotonicTime now);
+
+  /// Of kLost and kFound.
+  [[nodiscard]] const ViewPose& pose() const { return pose_; }
+
+  /// What the pose leaves open across the view, where it looks at: standard deviation, root mean square over
+  /// both axes.
+  [[nodiscard]] double sigma_across_mm() const { return sigma_across_mm_; }
+
+  /// The view is where its pose says.
+  void forget();
+
+ private:
+  /// What may have happened: a pose each.
+  struct Hypothesis {
+    ViewPose pose;
+    ViewPose::Error growth = ViewPose::Error::Zero();  ///< how fast it may go while it moves, a second
+    double log_evidence = 0;
+    int good = 0;                     ///< images in a row in which the tube was found where it was expected
+    bool has_used = false;            ///< an image
+    Eigen::Matrix3Xd points_used_mm;  ///< of the shape, when the pose was corrected last
+  };
+  enum Move : std::size_t { kPan, kTurn, kTilt, kMoves };
+  struct Match {
+    ViewPose pose;
+    double log_evidence = 0;
+    bool is_found = false;
+  };
+
+  /// sum (o_i - H_i e)^2 / R_i = squares - 2 b^T e + e^T N e.
+  struct LeastSquares {
+    ViewPose::Covariance N = ViewPose::Covariance::Zero();
+    ViewPose::Error b = ViewPose::Error::Zero();
+    double squares = 0;
+  };
+
+  void begin(const MovedImage& moved);
+  void settle(const MovedImage& moved);
+  bool take_shape(const TubeEstimate& shape);
+  void suppose(const ViewGeometry& from);
+  void move_on(double dt_s);
+  void correct(const MovedImage& moved, Hypothesis& hypothesis);
+  void choose(MonotonicTime exposure);
+  [[nodiscard]] bool is_decided(const Hypothesis& better) const;
+  [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news);
+  const ViewConstraints* look(const MovedImage& moved, const ViewPose& pose, int reach_px);
+  [[nodiscard]] LeastSquares linearise(const ViewConstraints& view, const ViewPose& pose,
+                                       const ViewPose::Error& e, double news) const;
+  void note_sigma();
+  [[nodiscard]] int reach_px(const ViewPose& pose) const;
+  [[nodiscard]] std::size_t place_of(double s_mm) const;
+
+  std::array<UniformCubicBSpline, 2> splines_;   ///< that shapes may have: of straight tubes, and of hooks
+  const UniformCubicBSpline* spline_ = nullptr;  ///< that of the newest shape
+  LineLayout layout_;
+  ViewGeometry configured_;
+  double pivot_depth_mm_;
+  TubeViews views_;  ///< of this camera alone
+  Observation looked_at_;
+  std::unique_ptr<TubeEstimate> scratch_;    ///< what TubeViews writes
+  Eigen::Matrix3Xd C_;                       ///< of the shape
+  Eigen::Matrix3Xd points_mm_;               ///< of the shape, at each line
+  std::vector<Eigen::Matrix3d> covariance_;  ///< of each of them, mm^2
+  State state_ = State::kGiven;
+  std::array<Hypothesis, kMoves> hypotheses_;
+  ViewPose pose_;  ///< of the likelier one
+  std::uint32_t moves_ = 0;
+  bool has_settled_ = false;
+  MonotonicTime last_{};
+  MonotonicTime moved_since_{};
+  MonotonicTime bad_since_{};
+  double sigma_across_mm_ = 0;
+};
+
+}  // namespace tubed

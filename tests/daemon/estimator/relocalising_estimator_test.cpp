@@ -1,0 +1,213 @@
+#include "daemon/estimator/relocalising_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+
+#include "tests/daemon/estimator/simulated_tube.hpp"
+
+namespace tubed {
+namespace {
+
+constexpr double kRadians = M_PI / 180;
+
+/// An estimator that is shown an arc, pushed to and fro, by a view whose pose is right at first; then the
+/// view moves, and nobody says where to.
+struct MovedViewBench {
+  MovedViewBench() { estimator = make_estimator(settings, room.instruments.front(), room); }
+
+  /// Ten measurements and images a second.
+  const TubeEstimate& look() {
+    now += std::chrono::milliseconds(100);
+    EmFrame frame = measure_coils(room, now, 2, ++seed);
+    frame.tracker_frame = seed;
+    const Eigen::Vector3d pushed_mm =
+        20 * std::sin(2 * M_PI * seed / 60.0) * Eigen::Vector3d(0.6, 0.4, 0.7).normalized();
+    for (int i = 0; i < frame.coil_count; ++i) frame.coils[static_cast<std::size_t>(i)].p_em_mm += pushed_mm;
+    history->add(frame);
+    Observation observation;
+    observation.instant = observation.now = now;
+    observation.em = history.get();
+    observation.is_image_instant = true;
+    observation.image_timeout = std::chrono::milliseconds(300);
+    RoomDescription seen_from = room;
+    seen_from.cameras[0].T_camera_world = true_pose() * Eigen::Translation3d(pushed_mm);
+    image = image_of_arc(seen_from, now, hidden);
+    observation.geometry_changed = is_moved;
+    if (is_moved) {
+      observation.moved[0] = {&image, nullptr, moves, has_settled, motion};
+      observation.newest_left_out = now;
+    } else {
+      observation.images[0] = &image;
+      observation.newest_image = now;
+    }
+    estimator->estimate(observation, *estimate);
+    return *estimate;
+  }
+  void look_times(int count) {
+    for (int i = 0; i < count; ++i) look();
+  }
+
+  [[nodiscard]] RigidTransform true_pose() const {
+    RigidTransform T = room.cameras[0].T_camera_world;
+    T.pretranslate(Eigen::Vector3d(0, 0, -1200))
+        .prerotate(Eigen::AngleAxisd(turn_deg * kRadians, Eigen::Vector3d::UnitY()))
+        .pretranslate(Eigen::Vector3d(pan_mm.x(), pan_mm.y(), 1200));
+    return T;
+  }
+
+  /// It moves within a second, and settles.
+  void move(const Eigen::Vector2d& pan, double turn) {
+    is_moved = true;
+    ++moves;
+    has_settled = false;
+    const Eigen::Vector2d from_mm = pan_mm;
+    const double from_deg = turn_deg;
+    for (int i = 1; i <= 20; ++i) {
+      pan_mm = from_mm + i / 20.0 * (pan - from_mm);
+      turn_deg = from_deg + i / 20.0 * (turn - from_deg);
+      look();
+    }
+    has_settled = true;
+  }
+
+  /// How far the pose in use projects the arc's points beside where they are seen, root mean square, as mm of
+  /// the patient; 1e9: no view is used.
+  [[nodiscard]] double off_across_mm() const {
+    if (estimate->view_count == 0) return 1e9;
+    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> used(
+        estimate->views[0].T_camera_world.data());
+    double sum = 0;
+    for (int s = 100; s < 260; s += 20) {
+      const Eigen::Vector4d p_world = arc_point(s).homogeneous();
+      const Eigen::Vector3d off = (used * p_world - true_pose().matrix() * p_world).head<3>();
+      sum += off.head<2>().squaredNorm() / 8;
+    }
+    return std::sqrt(sum);
+  }
+
+  [[nodiscard]] double sigma_mm(std::size_t point) const {
+    const auto& c = estimate->points[point].covariance_mm2;
+    return std::sqrt(c[0] + c[3]);  // across the view, which looks along z
+  }
+
+  RoomDescription room = one_view_room();
+  EstimatorSettings settings;
+  std::unique_ptr<Estimator> estimator;
+  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
+  std::unique_ptr<TubeEstimate> estimate = std::make_unique<TubeEstimate>();
+  ImageMeasurement image;
+  MonotonicTime now = from_ns(10'000'000'000);
+  unsigned seed = 0;
+  bool is_moved = false;
+  bool has_settled = false;
+  std::uint32_t moves = 0;
+  BackgroundMotion motion;
+  Stretch hidden;
+  Eigen::Vector2d pan_mm{0, 0};
+  double turn_deg = 0;
+};
+
+TEST(RelocalisingEstimator, WhileTheViewStaysItsImagesAreUsedAsTheyAre) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_FALSE(bench.estimate->views[0].has_own_geometry);
+  EXPECT_FALSE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+}
+
+TEST(RelocalisingEstimator, APanThatNobodyAnnouncedIsFoundAndItsImagesAreUsedAgain) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  EXPECT_FALSE(bench.estimate->has_image) << "before it has settled";
+  bench.motion = {BackgroundMotion::Kind::kPanned, {10, -8}, 1, 0.9};
+  bench.look_times(80);
+  EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_LT(bench.off_across_mm(), 1.5);
+  EXPECT_TRUE(bench.estimate->views[0].has_own_geometry);
+}
+
+// A person has to give the pose, or to accept this one.
+TEST(RelocalisingEstimator, ThatThePoseWasFoundMakesNoShapeValid) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+}
+
+TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({0, 0}, 15);
+  bench.motion.kind = BackgroundMotion::Kind::kTurned;
+  bench.look_times(80);
+  EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_LT(bench.off_across_mm(), 1.5);
+}
+
+// As sure as an image makes it, but no surer than the pose.
+TEST(RelocalisingEstimator, WhatThePoseLeavesOpenIsPartOfTheCovariance) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  const double given_mm = bench.sigma_mm(50);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_GT(bench.sigma_mm(50), 2 * given_mm);
+  EXPECT_LT(bench.sigma_mm(50), 3);
+}
+
+TEST(RelocalisingEstimator, AViewThatMovesOnIsLostAndFoundAgain) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  bench.move({20, 5}, 0);
+  EXPECT_FALSE(bench.estimate->has_image);
+  bench.look_times(80);
+  EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_LT(bench.off_across_mm(), 1.5);
+}
+
+TEST(RelocalisingEstimator, AViewThatIsBackHasThePoseThatWasGiven) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  bench.is_moved = false;
+  bench.pan_mm.setZero();
+  bench.look_times(5);
+  EXPECT_FALSE(bench.estimate->views[0].has_own_geometry);
+  EXPECT_FALSE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+}
+
+// Nothing to be seen: nothing is found.
+TEST(RelocalisingEstimator, APictureWithoutTheTubeGivesNoPose) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.hidden = {-1, 400};
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  EXPECT_FALSE(bench.estimate->has_image);
+}
+
+// Another instrument's estimator has a pose of its own: what one of them lent is taken back.
+TEST(RelocalisingEstimator, TheImageIsLeftAsItWas) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_FALSE(bench.image.geometry.has_value());
+  EXPECT_FALSE(bench.image.brought_geometry);
+}
+
+}  // namespace
+}  // namespace tubed
