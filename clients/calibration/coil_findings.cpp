@@ -14,7 +14,8 @@ std::string words(const char* format, auto... values) {
   return text.data();
 }
 
-double rounded(double value, double step) { return std::round(value / step) * step; }
+/// Divided at the end, not multiplied: 90.35, not 90.35000000000001.
+double rounded(double value, double step) { return std::round(value / step) / std::round(1 / step); }
 
 std::string path_of(const std::string& instrument_id, std::size_t coil, const char* key) {
   return "instrument[" + instrument_id + "].coil[" + std::to_string(coil + 1) + "]." + key;
@@ -68,6 +69,27 @@ ConfigurationFragment fragment_of(const StraightCatheter& found, const std::stri
   }
   add_remarks(found.remarks, fragment);
   add_offsets(found.coils, instrument_id, found.has_tip, fragment);
+  return fragment;
+}
+
+ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& instrument_id) {
+  ConfigurationFragment fragment;
+  fragment.found_by = words("tubectl calibrate arc-lengths, %d measurements, the end in %zu images",
+                            found.pieces.front().measurements, found.ends_seen);
+  fragment.date = date_of_today();
+  if (found.ends_seen == 0) {
+    fragment.remarks.emplace_back(
+        "the tube's end was seen in too few images: only distances between coils, the first one stays as "
+        "stated");
+  }
+  for (std::size_t k = 0; k < found.pieces.size(); ++k) {
+    const MeasuredPiece& piece = found.pieces[k];
+    fragment.remarks.push_back(
+        words("from coil %zu to coil %zu: %.1f mm before, %.1f mm now, sigma %.2f mm, one measurement "
+              "scatters by %.1f mm",
+              k + 1, k + 2, piece.stated_mm, piece.found_mm, piece.sigma_mm, piece.scatter_mm));
+  }
+  add_offsets(found.coils, instrument_id, found.ends_seen > 0, fragment);
   return fragment;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "clients/calibration/arc_lengths.hpp"
 #include "clients/calibration/configuration_fragment.hpp"
 #include "clients/calibration/field_error.hpp"
 #include "clients/calibration/straight_catheter.hpp"

@@ -128,6 +128,28 @@ std::string page_of(const StraightCatheter& found, const ConfigurationFragment& 
   return page.str();
 }
 
+std::string page_of(const ArcLengths& found, const ConfigurationFragment& fragment) {
+  ReportPage page = begin("Arc lengths from a recording of the catheter in use", fragment);
+  if (found.ends_seen == 0) {
+    page.verdict(ReportVerdict::kDoubtful, "The tube's end was not seen: distances between coils alone.");
+  }
+  offsets_verdict(found.coils, page);
+  offsets_table(found.coils, page);
+  std::vector<Bar> change;
+  std::vector<Bar> sigma;
+  for (std::size_t k = 0; k < found.pieces.size(); ++k) {
+    const std::string name = std::to_string(k + 1) + " to " + std::to_string(k + 2);
+    change.push_back({name, std::abs(found.pieces[k].found_mm - found.pieces[k].stated_mm)});
+    sigma.push_back({name, found.pieces[k].sigma_mm});
+  }
+  page.figure(150, "By how much the distance of neighbouring coils is another than stated",
+              [&](Svg& svg, const ReportPage::Room& room) { draw_bars(svg, room, change, "mm", 2); });
+  page.figure(150, "Its standard deviation",
+              [&](Svg& svg, const ReportPage::Room& room) { draw_bars(svg, room, sigma, "mm", 1); });
+  end(fragment, page);
+  return page.str();
+}
+
 std::string page_of(const StillNoise& noise, const FieldError* field, const ConfigurationFragment& fragment) {
   ReportPage page = begin("Noise of still coils", fragment);
   page.verdict(noise.remarks.empty() ? ReportVerdict::kGood : ReportVerdict::kDoubtful,

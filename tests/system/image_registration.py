@@ -8,6 +8,7 @@ import bed as beds
 from bed import check, say
 
 SEED = 31
+TRUE_MM = (10, 90, 170, 270, 370)
 SWING = ("--swing", "-30", "--pose-noise-deg", "0", "--pose-noise-mm", "0")
 
 
@@ -58,5 +59,23 @@ def from_one_direction_nothing_is_offered(bed):
     check(not done.stdout, f"it prints {done.stdout}")
 
 
+def arc_lengths_are_found_from_a_recording_in_use(bed):
+    """All coils are described 5 mm too far from the tip, the third one 6 mm more."""
+    wrong = simulated(bed, "wrong", "--mistake", "offsets=5", "--mistake", "offset=3,6")
+    done = bed.tubectl("calibrate", "arc-lengths", str(wrong), "--json", "-", timeout_s=150)
+    check(done.returncode == 0, f"tubectl calibrate arc-lengths exits {done.returncode}: {done.stderr}")
+    found = json.loads(done.stdout)
+    check(found["from_tip"], "the tube's end was not seen")
+    for coil, true_mm in zip(found["coils"], TRUE_MM):
+        say(f"sensor {coil['sensor']}: {coil['stated_mm']:.1f} mm stated, {coil['found_mm']:.2f} mm found, {true_mm:.1f} true, sigma {coil['sigma_mm']:.2f}")
+        check(abs(coil["stated_mm"] - true_mm) > 3, f"sensor {coil['sensor']} was described rightly: the test proves nothing")
+        check(abs(coil["found_mm"] - true_mm) < 3 * coil["sigma_mm"] and abs(coil["found_mm"] - true_mm) < 3,
+              f"sensor {coil['sensor']} is {coil['found_mm'] - true_mm:+.2f} mm off, sigma {coil['sigma_mm']:.2f} mm")
+    report = bed.folder / "arcs.svg"
+    done = bed.tubectl("calibrate", "arc-lengths", str(wrong), "--report", str(report), timeout_s=150)
+    check(done.returncode == 0 and "offset_from_tip_mm" in done.stdout, f"it exits {done.returncode}: {done.stdout}{done.stderr}")
+    check("Arc lengths from a recording" in report.read_text(), "the page is not there")
+
+
 if __name__ == "__main__":
-    beds.main(a_swing_corrects_the_registration, from_one_direction_nothing_is_offered)
+    beds.main(a_swing_corrects_the_registration, from_one_direction_nothing_is_offered, arc_lengths_are_found_from_a_recording_in_use)

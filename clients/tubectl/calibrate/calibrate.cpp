@@ -13,6 +13,7 @@ CommandLine add_calibrate(CommandLine app, int& exit_code) {
   add_calibrate_camera(verb, exit_code);
   add_calibrate_phantom(verb, exit_code);
   add_calibrate_coils(verb, exit_code);
+  add_calibrate_arc_lengths(verb, exit_code);
   add_calibrate_tip(verb, exit_code);
   add_calibrate_noise(verb, exit_code);
   add_calibrate_time(verb, exit_code);
