@@ -79,7 +79,7 @@ bool DdsOutlet::publish(const TubeEstimate& estimate) {
   ++state.health.estimates;
   state.health.agreement = estimate.agreement;
   ++state.health.validity_counts[static_cast<std::size_t>(estimate.validity)];
-  if (estimate.has_image) {
+  if (estimate.has_image && estimate.stamps.exposure_ns != 0) {
     const std::int64_t latency_ns = read_clocks().monotonic_ns - estimate.stamps.exposure_ns;
     count_latency(state.health.exposure_to_publish, std::chrono::nanoseconds(latency_ns));
   }

@@ -32,6 +32,7 @@ constexpr std::size_t kMinEnds = 20;  // images
 struct Measured {
   double value_mm;
   Eigen::Vector3d p_mm;
+  double t_s;
 };
 
 struct Summary {
@@ -99,7 +100,7 @@ MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, do
     const auto b = next.at(t_s, kHalfWindow_s);
     if (!a || !b || a->toward_tip_em.dot(b->toward_tip_em) < std::cos(kMaxBend_rad)) continue;
     measured.push_back(
-        {cubic_length_mm(a->p_em_mm, -a->toward_tip_em, b->p_em_mm, -b->toward_tip_em), a->p_em_mm});
+        {cubic_length_mm(a->p_em_mm, -a->toward_tip_em, b->p_em_mm, -b->toward_tip_em), a->p_em_mm, t_s});
   }
   MeasuredPiece piece;
   piece.stated_mm = stated_mm;
@@ -130,9 +131,11 @@ std::vector<Measured> ends_of(const ConfiguredSequence& run, const CoilTrack& fi
       const double along_px_per_mm = px_per_mm.dot(out_world);
       if (along_px_per_mm < kMinAlong * px_per_mm.norm()) continue;
       const double off_px = sighting.direction.dot(sighting.p_image_px - projection->p_image_px);
-      ends.push_back({off_px / along_px_per_mm, p_world_mm});
+      ends.push_back({off_px / along_px_per_mm, p_world_mm, sighting.t_s});
     }
   }
+  // Of several cameras in turn: a place is one, whoever sees it.
+  std::ranges::sort(ends, {}, &Measured::t_s);
   return ends;
 }
 

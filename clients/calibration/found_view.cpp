@@ -28,31 +28,51 @@ std::vector<double> list_of(const std::array<float, 3>& values, double unit) {
 std::optional<FoundView> found_view_in(const TubeEstimate& estimate, const RoomDescription& room,
                                        const std::string& camera) {
   if (!estimate.reasons.has(Reason::kGeometryChanged)) return std::nullopt;
+  std::optional<FoundView> found;
   for (std::size_t i = 0; i < estimate.view_count; ++i) {
     const ViewUsed& view = estimate.views[i];
     const CameraCalibration& configured = room.cameras.at(view.camera);
-    if (view.has_own_geometry && (camera.empty() || camera == configured.name)) {
-      return FoundView{configured.name, view, view.focal_length_px[0] / configured.fx};
+    if (!view.has_own_geometry || (!camera.empty() && camera != configured.name)) continue;
+    if (found) {
+      throw CalibrationError(
+          "cameras " + found->camera + " and " + configured.name +
+          " have poses of their own: say with --camera which of them moved without a word");
     }
+    found = FoundView{configured.name, view, view.focal_length_px[0] / configured.fx};
   }
-  return std::nullopt;
+  return found;
+}
+
+// A view that is lost for a moment is found again; one that is lost for longer has moved on.
+void FoundViewSearch::take(const TubeEstimate& estimate) {
+  constexpr std::int64_t kLost_ns = 1'000'000'000;
+  if (estimate.reasons.has(Reason::kImageOff)) return;
+  has_moved_ = has_moved_ || estimate.reasons.has(Reason::kGeometryChanged);
+  if (auto view = found_view_in(estimate, room_, camera_)) {
+    found_ = std::move(view);
+    found_ns_ = estimate.valid_time_ns;
+  } else if (!estimate.reasons.has(Reason::kGeometryChanged) ||
+             estimate.valid_time_ns - found_ns_ > kLost_ns) {
+    found_.reset();
+  }
 }
 
 FoundView find_view(const ConfiguredSequence& run, const std::string& camera) {
-  std::optional<FoundView> found;
-  bool has_moved = false;
+  if (run.estimator.mode != EstimatorMode::kFilter) {
+    throw CalibrationError("mode \"" + std::string(name_of(run.estimator.mode)) +
+                           "\" does not look for a view that moved: mode = \"filter\" does");
+  }
+  FoundViewSearch search(run.sequence.room, camera);
   reconstruct(
       run.sequence, run.estimator, run.frangi,
-      [&](const SequenceInstant&, const TubeEstimate& estimate) {
-        has_moved = has_moved || estimate.reasons.has(Reason::kGeometryChanged);
-        if (const auto view = found_view_in(estimate, run.sequence.room, camera)) found = view;
-      },
+      [&](const SequenceInstant&, const TubeEstimate& estimate) { search.take(estimate); },
       run.max_image_timeout);
-  if (found) return *found;
-  throw CalibrationError(
-      has_moved ? "the view moved, and where to was not found: keep the catheter in view, moving, for twenty "
-                  "seconds after the C-arm or the table has come to rest"
-                : "no view moved without a pose of its own: there is nothing to be found");
+  if (search.found()) return *search.found();
+  throw CalibrationError(search.has_moved()
+                             ? "the view moved, and where it stands at the end was not found, or it is back: "
+                               "keep the catheter in view, "
+                               "moving, for twenty seconds after the C-arm or the table has come to rest"
+                             : "no view moved without a pose of its own: there is nothing to be found");
 }
 
 ConfigurationFragment fragment_of(const FoundView& found) {
@@ -64,9 +84,10 @@ ConfigurationFragment fragment_of(const FoundView& found) {
   for (double& entry : T.reshaped()) entry = rounded(entry, 1e9);
   const auto sigma_mm = list_of(view.sigma_translation_mm, 1);
   const auto sigma_deg = list_of(view.sigma_rotation_rad, kDegree);
-  fragment.remarks.push_back(formatted(
-      "found from coils and images after a move that no pose announced: known to %.1f mm across the view",
-      std::hypot(sigma_mm[0], sigma_mm[1])));
+  fragment.remarks.push_back(
+      formatted("found from coils and images after a move that no pose announced: known to %.1f mm an axis "
+                "across the view",
+                std::hypot(sigma_mm[0], sigma_mm[1]) / std::sqrt(2.0)));
   if (std::abs(found.focal_ratio - 1) > kSameFocal) {
     fragment.remarks.push_back(formatted("the magnification is %.3f of what it was", found.focal_ratio));
     fragment.values.push_back({table + ".fx", rounded(view.focal_length_px[0], 1e3)});

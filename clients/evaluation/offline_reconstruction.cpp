@@ -1,5 +1,6 @@
 #include "clients/evaluation/offline_reconstruction.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -162,10 +163,9 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
           observation.on_demand[camera] = &bench.prediction.on_demand();
         } else if (bench.measurement.state == ImageState::kMeasured) {
           const ViewVerdict& verdict = bench.watch.newest();
-          observation.moved[camera] = {&bench.measurement, &bench.prediction.on_demand(), verdict.moves,
-                                       verdict.has_settled, verdict.motion};
+          observation.moved[camera] = {&bench.measurement,  &bench.prediction.on_demand(), verdict.moves,
+                                       verdict.has_settled, verdict.is_suspect_here,       verdict.motion};
         }
-        observation.geometry_changed = observation.geometry_changed || bench.has_moved;
         observation.fluoroscopy_off = bench.measurement.state == ImageState::kOff;
         observation.image_rejected = bench.measurement.state == ImageState::kRejected;
         if (bench.measurement.state == ImageState::kMeasured) {
@@ -173,6 +173,8 @@ void observe_in_turn(const Sequence& sequence, Images images, const FrangiSettin
         }
       }
     }
+    observation.geometry_changed =
+        std::ranges::any_of(benches, [](const auto& bench) { return bench->has_moved; });
     observation.newest_image = newest_image;
     observation.newest_left_out = newest_left_out;
     timeout.saw_instant(observation.instant);

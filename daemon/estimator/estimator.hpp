@@ -1,7 +1,9 @@
 // The seam between the pipeline and a way of estimating the tube. One object an instrument.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <span>
 
@@ -24,6 +26,7 @@ struct MovedImage {
   ImageOnDemand* on_demand = nullptr;
   std::uint32_t moves = 0;
   bool has_settled = false;
+  bool is_suspect_here = false;
   BackgroundMotion motion;
 };
 
@@ -52,6 +55,14 @@ struct Observation {
   /// Exposure of the newest of those that were left out for it; zero = never.
   MonotonicTime newest_left_out{};
 };
+
+/// Did the image of that camera and exposure take part in the estimate?
+inline bool uses(const TubeEstimate& estimate, std::size_t camera, MonotonicTime exposure) {
+  const auto end = estimate.views.begin() + estimate.view_count;
+  return std::any_of(estimate.views.begin(), end, [&](const ViewUsed& view) {
+    return view.camera == camera && view.exposure_monotonic_ns == to_ns(exposure);
+  });
+}
 
 /// What an estimator is going to read of the next image.
 struct ImageNeed {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include "daemon/estimator/report.hpp"
 
@@ -11,27 +12,17 @@ namespace tubed {
 
 namespace {
 
-/// An image with another geometry for as long as this lives: other instruments' estimators have their own.
-class LentGeometry {
- public:
-  void lend(ImageMeasurement& image, const ViewGeometry& geometry) {
-    image_ = &image;
-    geometry_ = image.geometry;
-    brought_ = image.brought_geometry;
-    image.geometry = geometry;
-    image.brought_geometry = true;
-  }
-  [[nodiscard]] bool is_lent() const { return image_ != nullptr; }
-  void take_back() {
-    if (image_ == nullptr) return;
-    image_->geometry = geometry_;
-    image_->brought_geometry = brought_;
-  }
+/// What an image had before it was lent another geometry: other instruments' estimators have their own.
+struct OwnGeometry {
+  ImageMeasurement* image = nullptr;
+  std::optional<ViewGeometry> geometry{};
+  bool brought = false;
 
- private:
-  ImageMeasurement* image_ = nullptr;
-  std::optional<ViewGeometry> geometry_;
-  bool brought_ = false;
+  void give_back() const {
+    if (image == nullptr) return;
+    image->geometry = geometry;
+    image->brought_geometry = brought;
+  }
 };
 
 }  // namespace
@@ -40,41 +31,62 @@ RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
                                              const InstrumentDescription& instrument,
                                              const RoomDescription& room, std::unique_ptr<Estimator> inside)
     : inside_(std::move(inside)), cameras_(room.cameras) {
-  for (const CameraCalibration& camera : room.cameras) {
-    views_.push_back(std::make_unique<ViewRelocaliser>(settings, instrument, camera));
+  for (std::size_t v = 0; v < room.cameras.size(); ++v) {
+    views_.push_back(std::make_unique<ViewRelocaliser>(settings, instrument, room, v));
   }
 }
 
 void RelocalisingEstimator::reset() noexcept {
   inside_->reset();
   for (const auto& view : views_) view->forget();
+  lent_ = {};
+}
+
+// Shows the image with the pose that was found; false while none is, or the view may have moved on.
+bool RelocalisingEstimator::lend(std::size_t view, const MovedImage& moved, Observation& shown) {
+  if (!views_[view]->holds(moved) || moved.is_suspect_here) return false;
+  lent_[view] = {views_[view]->pose(), moved.image->exposure};
+  moved.image->geometry = lent_[view].pose.geometry();
+  moved.image->brought_geometry = true;
+  shown.images[view] = moved.image;
+  shown.on_demand[view] = moved.on_demand;
+  shown.newest_image = std::max(shown.newest_image, moved.image->exposure);
+  return true;
 }
 
 void RelocalisingEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
   Observation shown = observation;
-  std::array<LentGeometry, kMaxCameras> lent;
+  std::array<OwnGeometry, kMaxCameras> own;
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
     if (observation.images[v] != nullptr && observation.images[v]->state == ImageState::kMeasured) {
       views_[v]->forget();
-    } else if (moved.image != nullptr && views_[v]->holds(moved)) {
-      lent[v].lend(*moved.image, views_[v]->pose().geometry());
-      shown.images[v] = moved.image;
-      shown.on_demand[v] = moved.on_demand;
-      shown.newest_image = std::max(shown.newest_image, moved.image->exposure);
+    } else if (moved.image != nullptr) {
+      const OwnGeometry before{moved.image, moved.image->geometry, moved.image->brought_geometry};
+      if (lend(v, moved, shown)) own[v] = before;
     }
   }
   inside_->estimate(shown, estimate);
+  for (const OwnGeometry& before : own) before.give_back();
+  add_pose_errors(estimate);
+  doubt(estimate);
   for (std::size_t v = 0; v < views_.size(); ++v) {
-    lent[v].take_back();
     const MovedImage& moved = observation.moved[v];
-    if (lent[v].is_lent()) {
-      views_[v]->judge_use(estimate, observation.instant);
-    } else if (moved.image != nullptr) {
+    if (own[v].image != nullptr) {
+      views_[v]->judge_use(*moved.image, estimate);
+    } else if (moved.image != nullptr && !moved.is_suspect_here) {
       views_[v]->observe(moved, estimate);
     }
   }
-  add_pose_errors(estimate);
+}
+
+// Also while fluoroscopy is off: what images of a found view taught of the coils is as good as its pose.
+void RelocalisingEstimator::doubt(TubeEstimate& estimate) const {
+  const bool is_found = std::ranges::any_of(
+      views_, [](const auto& view) { return view->state() == ViewRelocaliser::State::kFound; });
+  if (!is_found) return;
+  estimate.reasons.add(Reason::kGeometryChanged);
+  if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
 }
 
 bool RelocalisingEstimator::describe_moved_view(std::span<char> words) const noexcept {
@@ -102,13 +114,14 @@ bool RelocalisingEstimator::describe_moved_view(std::span<char> words) const noe
 
 void RelocalisingEstimator::add_pose_errors(TubeEstimate& estimate) const {
   for (std::size_t i = 0; i < estimate.view_count; ++i) {
-    const ViewRelocaliser& view = *views_[estimate.views[i].camera];
-    if (view.state() != ViewRelocaliser::State::kFound) continue;
+    const ViewUsed& used = estimate.views[i];
+    const Lent& lent = lent_[used.camera];
+    if (lent.exposure == MonotonicTime{} || used.exposure_monotonic_ns != to_ns(lent.exposure)) continue;
     for (std::size_t k = 0; k < estimate.point_count; ++k) {
       CentrelinePoint& point = estimate.points[k];
       if ((point.held_by & kHeldByImage) == 0) continue;
       const std::array<float, 6> added = upper_triangle(
-          view.pose().covariance_across(Eigen::Map<const Eigen::Vector3d>(point.p_world_mm.data())));
+          lent.pose.covariance_across(Eigen::Map<const Eigen::Vector3d>(point.p_world_mm.data())));
       std::transform(added.begin(), added.end(), point.covariance_mm2.begin(), point.covariance_mm2.begin(),
                      std::plus<>());
     }

@@ -1,6 +1,8 @@
 // Any estimator, in a room whose views may move without a word.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
@@ -27,11 +29,20 @@ class RelocalisingEstimator final : public Estimator {
   [[nodiscard]] bool describe_moved_view(std::span<char> words) const noexcept override;
 
  private:
+  /// The pose with which an image was shown to the estimator inside.
+  struct Lent {
+    ViewPose pose;
+    MonotonicTime exposure{};  ///< zero: none was
+  };
+
+  [[nodiscard]] bool lend(std::size_t view, const MovedImage& moved, Observation& shown);
   void add_pose_errors(TubeEstimate& estimate) const;
+  void doubt(TubeEstimate& estimate) const;
 
   std::unique_ptr<Estimator> inside_;
   std::vector<CameraCalibration> cameras_;
   std::vector<std::unique_ptr<ViewRelocaliser>> views_;
+  std::array<Lent, kMaxCameras> lent_;  ///< the newest of each camera
 };
 
 }  // namespace tubed

@@ -2,7 +2,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "daemon/estimator/preshaped_estimator.hpp"
 #include "idl/geometry/rigid_transform.hpp"
@@ -28,13 +30,15 @@ constexpr double kHeldShift_mm = 2;
 constexpr double kPanShare = 0.1;
 constexpr double kPanSigma_mm = 2;
 constexpr double kPanAgreeing = 0.6;
+constexpr double kMagnification = 0.01;  // standard deviation of what the background says of it
+constexpr double kMinZoom = 0.03;
 constexpr double kBackgroundTells = 10;  // log odds
 // What an image says.
 constexpr double kShare_mm = 40;         // of the tube, within which the shape's error is one
 constexpr double kOtherPlace_mm = 20;    // by which it goes until its error is another one
 constexpr double kMinNews = 0.02;        // as which an image counts that shows the tube where it was
 constexpr double kWorthwhileNews = 0.1;  // less is waited for
-constexpr double kNotFound = -4;         // log evidence of an image in which the tube is not found
+constexpr double kNotFound = -12;        // log evidence of an image in which the tube is not found
 constexpr int kMinLines = 25;
 constexpr double kMinAgreeing = 0.6;
 constexpr int kIterations = 4;
@@ -47,6 +51,7 @@ constexpr double kUse_mm = 1.5;        // standard deviation across the view
 constexpr double kCertain = 3;         // log odds
 constexpr double kSamePlace_mm = 1.5;  // root mean square
 constexpr std::chrono::milliseconds kMaxBad{1000};
+constexpr float kMinInView = 0.1F;  // of the tube
 
 double depth_of_looked_at_mm(const CameraCalibration& camera) {
   return (camera.T_camera_world * camera.looked_at_world_mm().value_or(Eigen::Vector3d::Zero())).z();
@@ -83,15 +88,17 @@ class LentGeometry {
 }  // namespace
 
 ViewRelocaliser::ViewRelocaliser(const EstimatorSettings& settings, const InstrumentDescription& instrument,
-                                 const CameraCalibration& measured)
+                                 const RoomDescription& room, std::size_t camera)
     : splines_{UniformCubicBSpline(settings.coefficient_count, instrument.length_mm),
                UniformCubicBSpline(
                    PreshapedEstimator::settings_for_hooks(settings, instrument.length_mm).coefficient_count,
                    instrument.length_mm)},
       layout_(instrument.length_mm),
-      configured_(geometry_of(measured)),
-      pivot_depth_mm_(depth_of_looked_at_mm(measured)),
-      views_(settings, instrument, room_of(measured)),
+      camera_(camera),
+      configured_(geometry_of(room.cameras[camera])),
+      errors_(room_errors(room, instrument)),
+      pivot_depth_mm_(depth_of_looked_at_mm(room.cameras[camera])),
+      views_(settings, instrument, room_of(room.cameras[camera])),
       scratch_(std::make_unique<TubeEstimate>()),
       C_(3, splines_[1].coefficient_count()),
       points_mm_(3, layout_.count),
@@ -106,7 +113,10 @@ void ViewRelocaliser::forget() {
 }
 
 void ViewRelocaliser::begin(const MovedImage& moved) {
-  suppose(state_ == State::kGiven ? moved.image->geometry.value_or(configured_) : pose_.geometry());
+  if (state_ == State::kGiven) {
+    pose_ = ViewPose(moved.image->geometry.value_or(configured_), pivot_depth_mm_);
+  }
+  suppose();
   state_ = State::kLost;
   moves_ = moved.moves;
   has_settled_ = false;
@@ -114,8 +124,8 @@ void ViewRelocaliser::begin(const MovedImage& moved) {
 }
 
 // A table pans and does not turn; a C-arm turns about its isocentre, about one axis at a time or nearly so,
-// and not about its axis of view.
-void ViewRelocaliser::suppose(const ViewGeometry& from) {
+// and not about its axis of view. What was open of the pose before stays so.
+void ViewRelocaliser::suppose() {
   for (std::size_t move = 0; move < kMoves; ++move) {
     Hypothesis& hypothesis = hypotheses_[move];
     ViewPose::Error sigma;
@@ -131,8 +141,10 @@ void ViewRelocaliser::suppose(const ViewGeometry& from) {
       hypothesis.growth[axis] = kTurn_rad_s;
       hypothesis.growth.tail<3>().setConstant(kTurn_rad_s * kIsocentre_mm);
     }
-    hypothesis.pose = ViewPose(from, pivot_depth_mm_);
-    hypothesis.pose.set_covariance(sigma.cwiseAbs2().asDiagonal());
+    hypothesis.pose = pose_;
+    ViewPose::Covariance P = pose_.covariance();
+    P.diagonal() += sigma.cwiseAbs2();
+    hypothesis.pose.set_covariance(P);
     hypothesis.log_evidence = 0;
     hypothesis.good = 0;
     hypothesis.has_used = false;
@@ -148,13 +160,20 @@ void ViewRelocaliser::settle(const MovedImage& moved) {
   const bool is_pan = motion.kind == BackgroundMotion::Kind::kPanned;
   if (!is_pan && motion.kind != BackgroundMotion::Kind::kMagnified) return;
   ViewGeometry geometry = moved.image->geometry.value_or(configured_);
-  geometry.fx *= motion.magnification;
-  geometry.fy *= motion.magnification;
+  // Half a breath looks like a little of it; fields of view change by more.
+  const bool is_zoom = std::abs(motion.magnification - 1) > kMinZoom;
+  geometry.fx *= is_zoom ? motion.magnification : 1;
+  geometry.fy *= is_zoom ? motion.magnification : 1;
   ViewPose::Error shift = ViewPose::Error::Zero();
   shift.segment<2>(3) = motion.shift_mm;
   Hypothesis& pan = hypotheses_[kPan];
   pan.pose = ViewPose(geometry, pivot_depth_mm_).with_error(shift);
   pan.pose.add_sigma(kHeldTurn_rad, kPanShare * motion.shift_mm.norm() + kPanSigma_mm);
+  if (!is_pan) {
+    ViewPose::Covariance P = pan.pose.covariance();
+    P(5, 5) += squared(kMagnification * pivot_depth_mm_);  // seen as another magnification
+    pan.pose.set_covariance(P);
+  }
   pan.good = 0;
   pan.has_used = false;
   // Nearly all blocks went by the same way: no C-arm turned.
@@ -231,7 +250,7 @@ void ViewRelocaliser::choose(MonotonicTime exposure) {
   if (state_ == State::kLost && has_settled_ && better.good >= kGoodInARow && sigma_across_mm_ < kUse_mm &&
       is_decided(better)) {
     state_ = State::kFound;
-    bad_since_ = exposure;
+    bad_since_ = last_use_ = exposure;
   }
 }
 
@@ -351,13 +370,25 @@ bool ViewRelocaliser::holds(const MovedImage& moved) {
   return false;
 }
 
-// The tube is no longer where the pose has it: it was wrong, or the view moved slowly.
-void ViewRelocaliser::judge_use(const TubeEstimate& estimate, MonotonicTime now) {
-  if (estimate.has_image && !estimate.reasons.has(Reason::kImageLostTube)) {
+ViewPose ViewRelocaliser::pose() const {
+  ViewPose registered = pose_;
+  registered.add_sigma(errors_.turn_rad, errors_.shift_mm);
+  return registered;
+}
+
+// The tube is no longer where the pose has it: it was wrong, or the view moved slowly. That coils are
+// missing, or the tube is not in the picture, says nothing of the pose.
+void ViewRelocaliser::judge_use(const ImageMeasurement& image, const TubeEstimate& estimate) {
+  const MonotonicTime now = image.exposure;
+  const bool was_away = now - last_use_ > kMaxBad;
+  last_use_ = now;
+  const bool says_something = !estimate.reasons.has(Reason::kEmStale) && estimate.in_view_ratio > kMinInView;
+  const bool is_good = uses(estimate, camera_, now) && !estimate.reasons.has(Reason::kImageLostTube);
+  if (is_good || was_away || !says_something) {
     bad_since_ = now;
   } else if (now - bad_since_ > kMaxBad) {
     state_ = State::kLost;
-    suppose(pose_.geometry());
+    suppose();
   }
 }
 

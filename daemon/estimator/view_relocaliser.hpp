@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/room_errors.hpp"
 #include "daemon/estimator/tube_views.hpp"
 #include "daemon/estimator/view_pose.hpp"
 #include "daemon/image/projected_lines.hpp"
@@ -23,12 +24,14 @@ namespace tubed {
 /// elsewhere than before says more of it. Where an image shows the tube, and its end, TubeViews measures
 /// around the projection of the shape that is known without that image. That shape's errors last and are
 /// shared along the tube: lines within 40 mm of it count as one, and so do images between which it has gone
-/// by less than 20 mm. A turn while fluoroscopy was off is found only where the tube is still within the
-/// lines' reach. Called by the optimizer thread; memory is taken in the constructor.
+/// by less than 20 mm. Once found a pose stays as it is. A turn while fluoroscopy was off is found only where
+/// the tube is still within the lines' reach. Called by the optimizer thread; memory is taken in the
+/// constructor.
 class ViewRelocaliser {
  public:
+  /// The camera of that index in the room, as measured_room() has it.
   ViewRelocaliser(const EstimatorSettings& settings, const InstrumentDescription& instrument,
-                  const CameraCalibration& measured);
+                  const RoomDescription& room, std::size_t camera);
 
   enum class State {
     kGiven,  ///< it stands where configuration or image says
@@ -44,14 +47,15 @@ class ViewRelocaliser {
   /// Before an image is used: does the pose still hold? False when it moved again.
   bool holds(const MovedImage& moved);
 
-  /// An image with pose() was used for that estimate.
-  void judge_use(const TubeEstimate& estimate, MonotonicTime now);
+  /// `image` was shown with pose() to the estimator that made that estimate.
+  void judge_use(const ImageMeasurement& image, const TubeEstimate& estimate);
 
-  /// Of kLost and kFound.
-  [[nodiscard]] const ViewPose& pose() const { return pose_; }
+  /// Of kLost and kFound. It was found against coils: what is open of the registration is open of it, and
+  /// no number of images makes that less.
+  [[nodiscard]] ViewPose pose() const;
 
-  /// What the pose leaves open across the view, where it looks at: standard deviation, root mean square over
-  /// both axes.
+  /// What the pose leaves open across the view, the registration aside, where it looks at: standard
+  /// deviation, root mean square over both axes.
   [[nodiscard]] double sigma_across_mm() const { return sigma_across_mm_; }
 
   /// The view is where its pose says.
@@ -84,7 +88,7 @@ class ViewRelocaliser {
   void begin(const MovedImage& moved);
   void settle(const MovedImage& moved);
   bool take_shape(const TubeEstimate& shape);
-  void suppose(const ViewGeometry& from);
+  void suppose();
   void move_on(double dt_s);
   void correct(const MovedImage& moved, Hypothesis& hypothesis);
   void choose(MonotonicTime exposure);
@@ -100,7 +104,9 @@ class ViewRelocaliser {
   std::array<UniformCubicBSpline, 2> splines_;   ///< that shapes may have: of straight tubes, and of hooks
   const UniformCubicBSpline* spline_ = nullptr;  ///< that of the newest shape
   LineLayout layout_;
+  std::size_t camera_;
   ViewGeometry configured_;
+  RoomErrors errors_;
   double pivot_depth_mm_;
   TubeViews views_;  ///< of this camera alone
   Observation looked_at_;
@@ -110,12 +116,13 @@ class ViewRelocaliser {
   std::vector<Eigen::Matrix3d> covariance_;  ///< of each of them, mm^2
   State state_ = State::kGiven;
   std::array<Hypothesis, kMoves> hypotheses_;
-  ViewPose pose_;  ///< of the likelier one
+  ViewPose pose_;  ///< of the likeliest one, against the coils as registered
   std::uint32_t moves_ = 0;
   bool has_settled_ = false;
   MonotonicTime last_{};
   MonotonicTime moved_since_{};
   MonotonicTime bad_since_{};
+  MonotonicTime last_use_{};
   double sigma_across_mm_ = 0;
 };
 

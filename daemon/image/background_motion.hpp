@@ -1,4 +1,4 @@
-// What kind of move it was, and about how much: for the words in the log, never to correct a camera.
+// What kind of move it was, and about how much: for words, and for where to look for a view that moved.
 #pragma once
 
 #include <Eigen/Core>

@@ -66,7 +66,6 @@ ViewWatch::ViewWatch(int width, int height, double mm_per_px, double white_level
       motion_finder_(reducer_.rows(), reducer_.columns()),
       last_(reducer_.rows(), reducer_.columns()) {
   keys_.reserve(kMaxKeys);
-  learnt_.reserve(kMaxKeys);
   spare_.reserve(kMaxKeys);
   for (std::size_t i = 0; i < kMaxKeys; ++i) spare_.emplace_back(reducer_.rows(), reducer_.columns());
   newcomers_.reserve(kMaxNewcomers);
@@ -80,7 +79,6 @@ void ViewWatch::begin(MonotonicTime now) {
     spare_.push_back(std::move(keys_.back()));
     keys_.pop_back();
   }
-  learnt_.clear();
   for (Newcomer& newcomer : newcomers_) newcomer.is_used = false;
   best_key_ = 0;
   began_ = now;
@@ -144,9 +142,9 @@ const ViewVerdict& ViewWatch::observe(const ImageFrame& frame) {
   return verdict_;
 }
 
-bool ViewWatch::is_known_for(std::chrono::nanoseconds age) const {
-  return best_key_ < keys_.size() && verdict_.still_share >= kKnown &&
-         last_exposure_ - learnt_[best_key_] >= age;
+double ViewWatch::share_still(ViewKey& key) const {
+  const StillBlocks still = key.compare(last_blocks_, mm_per_reduced_px_);
+  return 2 * still.compared >= still.of_key ? still.share() : 0;
 }
 
 BackgroundMotion ViewWatch::motion_to_newest() {
@@ -231,17 +229,16 @@ void ViewWatch::learn(double share, MonotonicTime exposure) {
   const bool is_whole_new = keys_.empty();
   const bool may_join = is_whole_new || (is_learning(exposure) && !is_doubted());
   if (may_join && !spare_.empty()) {
-    add_key(exposure).take(picture_, blocks_);
+    add_key().take(picture_, blocks_);
   } else {
     admit_or_forget_newcomers(share, exposure);
     if (share >= kMoved) add_newcomer(exposure);
   }
 }
 
-ViewKey& ViewWatch::add_key(MonotonicTime seen) {
+ViewKey& ViewWatch::add_key() {
   keys_.push_back(std::move(spare_.back()));
   spare_.pop_back();
-  learnt_.push_back(seen);
   return keys_.back();
 }
 
@@ -252,7 +249,7 @@ void ViewWatch::admit_or_forget_newcomers(double share, MonotonicTime exposure) 
     if (!newcomer.is_used) continue;
     const bool is_over = exposure - newcomer.seen > kProbation;
     if (!is_over && share >= kKnown && !spare_.empty()) {
-      std::swap(add_key(newcomer.seen), newcomer.key);
+      std::swap(add_key(), newcomer.key);
       newcomer.is_used = false;
     }
     newcomer.is_used = newcomer.is_used && !is_over;

@@ -41,8 +41,9 @@ struct ViewVerdict {
   /// What kind of move it was, looked at when the state became kMoved, and by ViewFollower again when the
   /// view has settled.
   BackgroundMotion motion;
-  std::uint32_t moves = 0;   ///< to how many places the view has gone since it began (ViewFollower)
-  bool has_settled = false;  ///< of a view that moved: it stands still where it is now (ViewFollower)
+  std::uint32_t moves = 0;       ///< to how many places the view has gone since it began (ViewFollower)
+  bool has_settled = false;      ///< of a view that moved: it stands still where it is now (ViewFollower)
+  bool is_suspect_here = false;  ///< of a view that has settled: it may have moved on (ViewFollower)
   MonotonicTime exposure{};
 };
 
@@ -80,8 +81,15 @@ class ViewWatch {
   [[nodiscard]] const ViewVerdict& newest() const { return verdict_; }
   [[nodiscard]] std::size_t key_count() const { return keys_.size(); }
 
-  /// Does the newest image show what a key that is at least as old as that showed?
-  [[nodiscard]] bool is_known_for(std::chrono::nanoseconds age) const;
+  /// A key for pictures of this size.
+  [[nodiscard]] ViewKey make_key() const { return {reducer_.rows(), reducer_.columns()}; }
+
+  /// Makes the newest image that key's. Precondition, of this and of the next: there is one.
+  void take_newest(ViewKey& key) const { key.take(last_picture_, last_blocks_); }
+
+  /// Share of that key's blocks that are still where they were, in the newest image; 0 when less than half of
+  /// them are open.
+  [[nodiscard]] double share_still(ViewKey& key) const;
 
   /// How the background lies in the newest image against where the key has it that fitted best.
   BackgroundMotion motion_to_newest();
@@ -110,7 +118,7 @@ class ViewWatch {
   void learn(double share, MonotonicTime exposure);
   void admit_or_forget_newcomers(double share, MonotonicTime exposure);
   void add_newcomer(MonotonicTime exposure);
-  ViewKey& add_key(MonotonicTime seen);
+  ViewKey& add_key();
 
   ViewReducer reducer_;
   double mm_per_reduced_px_;
@@ -122,10 +130,9 @@ class ViewWatch {
   ViewPicture picture_, last_picture_;
   ViewBlocks blocks_, last_blocks_;
   BackgroundMotionFinder motion_finder_;
-  ViewKey last_;                       ///< of last_picture_, once it is asked
-  std::vector<ViewKey> keys_;          ///< those in use
-  std::vector<MonotonicTime> learnt_;  ///< when each of them was seen first
-  std::vector<ViewKey> spare_;         ///< memory for the others
+  ViewKey last_;                ///< of last_picture_, once it is asked
+  std::vector<ViewKey> keys_;   ///< those in use
+  std::vector<ViewKey> spare_;  ///< memory for the others
   std::vector<Newcomer> newcomers_;
   std::size_t best_key_ = 0;
   MonotonicTime began_{};

@@ -16,6 +16,14 @@ constexpr milliseconds kLateImage{250};         // after a stall an image this o
 
 nanoseconds from_ms(double ms) { return nanoseconds{static_cast<std::int64_t>(ms * 1e6)}; }
 
+void stamp_image(const ImageMeasurement& image, TubeEstimate& estimate) {
+  estimate.image_frame = image.frame_number;
+  estimate.stamps.exposure_ns = to_ns(image.exposure);
+  estimate.stamps.image_grabbed_ns = to_ns(image.grabbed);
+  estimate.stamps.frangi_started_ns = to_ns(image.frangi_started);
+  estimate.stamps.frangi_finished_ns = to_ns(image.frangi_finished);
+}
+
 bool same_instant(MonotonicTime a, MonotonicTime b) { return std::chrono::abs(a - b) <= kSameInstant; }
 
 }  // namespace
@@ -190,7 +198,11 @@ void OptimizerStage::show(std::size_t camera, Observation& observation) noexcept
     observation.images[camera] = image;
     observation.on_demand[camera] = on_demand;
   } else if (image->state == ImageState::kMeasured) {
-    observation.moved[camera] = {image, on_demand, state.view.moves, state.view.has_settled,
+    observation.moved[camera] = {image,
+                                 on_demand,
+                                 state.view.moves,
+                                 state.view.has_settled,
+                                 state.view.is_suspect_here,
                                  state.view.motion};
   }
 }
@@ -205,16 +217,14 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
     estimate.stamps = StageStamps{};
     estimate.image_frame = 0;
     for (const ImageMeasurement* image : observation.images) {
-      if (image != nullptr) {
-        estimate.image_frame = image->frame_number;
-        estimate.stamps.exposure_ns = to_ns(image->exposure);
-        estimate.stamps.image_grabbed_ns = to_ns(image->grabbed);
-        estimate.stamps.frangi_started_ns = to_ns(image->frangi_started);
-        estimate.stamps.frangi_finished_ns = to_ns(image->frangi_finished);
-      }
+      if (image != nullptr) stamp_image(*image, estimate);
     }
     estimate.stamps.optimizer_started_ns = to_ns(clock.now());
     estimators_[i]->estimate(observation, estimate);
+    for (std::size_t v = 0; v < observation.moved.size(); ++v) {
+      const ImageMeasurement* const image = observation.moved[v].image;
+      if (image != nullptr && uses(estimate, v, image->exposure)) stamp_image(*image, estimate);
+    }
     const MonotonicTime finished = clock.now();
     estimate.stamps.optimizer_finished_ns = to_ns(finished);
     if (finished - observation.now > period_) {

@@ -1,4 +1,5 @@
 // tubectl calibrate view: where a view stands that moved without a word.
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -30,10 +31,11 @@ struct ViewOptions {
   AcceptOptions accept;
 };
 
-/// What found_view_in() reads of it.
+/// What FoundViewSearch reads of it.
 TubeEstimate estimate_of(const tubed_TubeEstimate& sample) {
   TubeEstimate estimate;
   estimate.reasons = Reasons(sample.reasons);
+  estimate.valid_time_ns = sample.valid_time_monotonic_ns;
   estimate.view_count = std::min<std::uint32_t>(sample.view_count, kMaxCameras);
   for (std::uint32_t i = 0; i < estimate.view_count; ++i) {
     const tubed_ViewUsed& from = sample.views[i];
@@ -58,15 +60,13 @@ FoundView listen(const ViewOptions& options) {
   TubeSubscriber subscriber(options.subscription);
   const auto until = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
                                                std::chrono::duration<double>(options.seconds));
-  std::optional<FoundView> found;
+  FoundViewSearch search(room, options.camera);
   bool has_heard = false;
-  bool has_moved = false;
   while (steady_clock::now() < until) {
     const TubeNews news = subscriber.wait_for(milliseconds{100});
     if (news.sample == nullptr) continue;
     const TubeEstimate estimate = estimate_of(news.sample->estimate);
     has_heard = true;
-    has_moved = estimate.reasons.has(Reason::kGeometryChanged);
     const bool are_known =
         std::all_of(estimate.views.begin(), estimate.views.begin() + estimate.view_count,
                     [&](const ViewUsed& view) { return view.camera < room.cameras.size(); });
@@ -74,14 +74,15 @@ FoundView listen(const ViewOptions& options) {
       throw CalibrationError(options.accept.config +
                              " is not the configuration of the daemon that is heard: it has fewer cameras");
     }
-    if (const auto view = found_view_in(estimate, room, options.camera)) found = view;
+    search.take(estimate);
   }
-  if (found && has_moved) return *found;
+  if (search.found()) return *search.found();
   throw CalibrationError(
-      !has_heard  ? "no shapes were heard; `tubectl status` says why"
-      : has_moved ? "the view moved, and where to is not found yet: keep the catheter in view, moving, for "
-                    "twenty seconds; without a change of its pose the view counts as lost"
-                  : "no view has moved: every shape that was heard uses the poses that are given");
+      !has_heard ? "no shapes were heard; `tubectl status` says why"
+      : search.has_moved()
+          ? "the view moved, and where to is not found yet: keep the catheter in view, moving, for "
+            "twenty seconds; without a change of its pose the view counts as lost"
+          : "no view has moved: every shape that was heard uses the poses that are given");
 }
 
 int calibrate(const ViewOptions& options) {

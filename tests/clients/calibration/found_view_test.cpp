@@ -59,6 +59,46 @@ TEST(FoundView, WhereNothingMovedNoneIsFound) {
   EXPECT_FALSE(found_view_in(estimate, two_cameras(), "").has_value());
 }
 
+TEST(FoundView, OfTwoOneHasToBeNamed) {
+  TubeEstimate estimate = found_estimate();
+  estimate.views[0].has_own_geometry = true;
+  EXPECT_THROW(found_view_in(estimate, two_cameras(), ""), CalibrationError);
+  EXPECT_TRUE(found_view_in(estimate, two_cameras(), "B").has_value());
+}
+
+// The pose that it had would be wrong.
+TEST(FoundView, AViewThatIsBackIsNotOffered) {
+  const RoomDescription room = two_cameras();
+  FoundViewSearch search(room, "");
+  TubeEstimate estimate = found_estimate();
+  search.take(estimate);
+  ASSERT_TRUE(search.found().has_value());
+  estimate.reasons = Reasons{};
+  search.take(estimate);
+  EXPECT_FALSE(search.found().has_value());
+  EXPECT_TRUE(search.has_moved());
+}
+
+TEST(FoundView, AViewThatIsLostForASecondHasMovedOn) {
+  const RoomDescription room = two_cameras();
+  FoundViewSearch search(room, "");
+  TubeEstimate estimate = found_estimate();
+  search.take(estimate);
+  estimate.views[1].has_own_geometry = false;
+  estimate.valid_time_ns = 500'000'000;
+  search.take(estimate);
+  EXPECT_TRUE(search.found().has_value()) << "for a moment";
+  estimate.valid_time_ns = 1'500'000'000;
+  search.take(estimate);
+  EXPECT_FALSE(search.found().has_value());
+}
+
+TEST(FoundView, AModeThatDoesNotLookForItIsRefused) {
+  ConfiguredSequence run;
+  run.estimator.mode = EstimatorMode::kPaper;
+  EXPECT_THROW(find_view(run, ""), CalibrationError);
+}
+
 TEST(FoundView, BecomesThePoseOfItsCameraWithItsSigma) {
   const ConfigurationFragment fragment = fragment_of(*found_view_in(found_estimate(), two_cameras(), ""));
   ASSERT_NE(value_of(fragment, "camera[B].T_camera_world"), nullptr);

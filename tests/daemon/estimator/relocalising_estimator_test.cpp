@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -36,8 +37,11 @@ struct MovedViewBench {
     seen_from.cameras[0].T_camera_world = true_pose() * Eigen::Translation3d(pushed_mm);
     image = image_of_arc(seen_from, now, hidden);
     observation.geometry_changed = is_moved;
-    if (is_moved) {
-      observation.moved[0] = {&image, nullptr, moves, has_settled, motion};
+    observation.fluoroscopy_off = is_off;
+    if (is_off) {
+      observation.newest_image = now - std::chrono::milliseconds(100);
+    } else if (is_moved) {
+      observation.moved[0] = {&image, nullptr, moves, has_settled, is_suspect_here, motion};
       observation.newest_left_out = now;
     } else {
       observation.images[0] = &image;
@@ -102,6 +106,8 @@ struct MovedViewBench {
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
   bool is_moved = false;
+  bool is_off = false;
+  bool is_suspect_here = false;
   bool has_settled = false;
   std::uint32_t moves = 0;
   BackgroundMotion motion;
@@ -139,6 +145,63 @@ TEST(RelocalisingEstimator, ThatThePoseWasFoundMakesNoShapeValid) {
   ASSERT_TRUE(bench.estimate->has_image);
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
   EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+}
+
+// What its images taught of the coils is as good as its pose.
+TEST(RelocalisingEstimator, NorDoesFluoroscopyThatGoesOff) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  bench.is_off = true;
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(bench.look().validity, Validity::kQuestionable) << "look " << i;
+    EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged)) << "look " << i;
+  }
+}
+
+TEST(RelocalisingEstimator, AnImageThatMayHaveMovedOnIsNotUsed) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  bench.is_suspect_here = true;
+  EXPECT_FALSE(bench.look().has_image);
+  bench.is_suspect_here = false;
+  EXPECT_TRUE(bench.look().has_image);
+}
+
+// A registration that is stated to be off by more makes the pose as doubtful, however many images agree.
+TEST(RelocalisingEstimator, WhatIsStatedOfTheRegistrationIsOpenOfThePose) {
+  std::array<double, 2> sigma_mm{};
+  for (const bool is_good : {false, true}) {
+    MovedViewBench bench;
+    bench.room.registration_residual_mm = is_good ? 0.2 : 3;
+    bench.estimator = make_estimator(bench.settings, bench.room.instruments.front(), bench.room);
+    bench.look_times(30);
+    bench.move({9, -7}, 0);
+    bench.look_times(160);
+    ASSERT_TRUE(bench.estimate->has_image);
+    sigma_mm.at(is_good ? 1 : 0) = static_cast<double>(bench.estimate->views[0].sigma_translation_mm[0]);
+  }
+  EXPECT_GT(sigma_mm[0], 3 / std::sqrt(3.0)) << "an axis of it";
+  EXPECT_LT(sigma_mm[1], sigma_mm[0] - 0.3);
+}
+
+// The turn that one move left open is still open after the next one.
+TEST(RelocalisingEstimator, ASecondMoveForgetsNothingThatWasOpen) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({0, 0}, 15);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  const float turned_rad = bench.estimate->views[0].sigma_rotation_rad[1];
+  bench.move({9, -7}, 15);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_GT(bench.estimate->views[0].sigma_rotation_rad[1], 0.5F * turned_rad);
 }
 
 TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {

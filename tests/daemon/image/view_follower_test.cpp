@@ -60,6 +60,7 @@ TEST_F(ViewFollowerTest, APanThatTakesItsTimeSettlesAtItsEnd) {
 TEST_F(ViewFollowerTest, ThatItMovesOnIsAnotherPlace) {
   look_for(8, {.pan_x_mm = 8});
   ASSERT_TRUE(follower_.newest().has_settled);
+  EXPECT_TRUE(look({.pan_x_mm = 20}).is_suspect_here) << "at the first image";
   look_for(0.5, {.pan_x_mm = 20});
   EXPECT_GT(follower_.newest().moves, 1U);
   EXPECT_FALSE(follower_.newest().has_settled);
