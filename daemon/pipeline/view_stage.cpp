@@ -115,8 +115,8 @@ void ViewStage::describe(StageReport& report) const noexcept {
     report.state = StageState::kDegraded;
     std::snprintf(
         report.why.data(), report.why.size(),
-        "the view has moved (%s) and no new pose was given: its images are used again once coils and images "
-        "tell where it stands; or give the new T_camera_world",
+        "the view has moved (%s) and no new pose was given: its images are left out until it is found again; "
+        "move it back, or give the new T_camera_world",
         move.data());
     return;
   }

@@ -190,20 +190,6 @@ TEST(RelocalisingEstimator, WhatIsStatedOfTheRegistrationIsOpenOfThePose) {
   EXPECT_LT(sigma_mm[1], sigma_mm[0] - 0.3);
 }
 
-// The turn that one move left open is still open after the next one.
-TEST(RelocalisingEstimator, ASecondMoveForgetsNothingThatWasOpen) {
-  MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({0, 0}, 15);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
-  const float turned_rad = bench.estimate->views[0].sigma_rotation_rad[1];
-  bench.move({9, -7}, 15);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
-  EXPECT_GT(bench.estimate->views[0].sigma_rotation_rad[1], 0.5F * turned_rad);
-}
-
 TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {
   MovedViewBench bench;
   bench.look_times(30);
