@@ -57,6 +57,30 @@ void add_remarks(const std::vector<std::string>& remarks, ConfigurationFragment&
   fragment.remarks.insert(fragment.remarks.end(), remarks.begin(), remarks.end());
 }
 
+/// Of StillNoise or MovingNoise.
+template <typename Noise>
+ConfigurationFragment fragment_of_noise(const Noise& noise, const char* how, double field_axis_mm) {
+  ConfigurationFragment fragment;
+  fragment.found_by = words("tubectl calibrate noise, %zu %s coils", noise.coils.size(), how);
+  fragment.date = date_of_today();
+  fragment.remarks.push_back(words("white noise of a measurement: %.3f mm an axis, direction %.5f an axis",
+                                   noise.position_mm, noise.tangent));
+  add_remarks(noise.remarks, fragment);
+  if (field_axis_mm < 0) {
+    fragment.remarks.push_back(
+        words("sigma_position_mm and sigma_tangent are noise and the field's error together: %s coils do not "
+              "show the field, so that neither is set; see --places and --field-mm",
+              how));
+    return fragment;
+  }
+  const double total_mm = std::hypot(noise.position_mm, field_axis_mm);
+  fragment.remarks.push_back(
+      words("the field's error: %.2f mm an axis; together %.2f mm", field_axis_mm, total_mm));
+  fragment.remarks.emplace_back("sigma_tangent stays: places say nothing about directions");
+  fragment.values.push_back({"estimator.sigma_position_mm", rounded(total_mm, 0.01)});
+  return fragment;
+}
+
 }  // namespace
 
 ConfigurationFragment fragment_of(const StraightCatheter& found, const std::string& instrument_id) {
@@ -94,25 +118,11 @@ ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& in
 }
 
 ConfigurationFragment fragment_of(const StillNoise& noise, double field_axis_mm) {
-  ConfigurationFragment fragment;
-  fragment.found_by = words("tubectl calibrate noise, %zu still coils", noise.coils.size());
-  fragment.date = date_of_today();
-  fragment.remarks.push_back(words("white noise of a measurement: %.3f mm an axis, direction %.5f an axis",
-                                   noise.position_mm, noise.tangent));
-  add_remarks(noise.remarks, fragment);
-  if (field_axis_mm < 0) {
-    fragment.remarks.emplace_back(
-        "sigma_position_mm and sigma_tangent are noise and the field's error together: still coils do not "
-        "show the "
-        "field, so that neither is set; see --places and --field-mm");
-    return fragment;
-  }
-  const double total_mm = std::hypot(noise.position_mm, field_axis_mm);
-  fragment.remarks.push_back(
-      words("the field's error: %.2f mm an axis; together %.2f mm", field_axis_mm, total_mm));
-  fragment.remarks.emplace_back("sigma_tangent stays: places say nothing about directions");
-  fragment.values.push_back({"estimator.sigma_position_mm", rounded(total_mm, 0.01)});
-  return fragment;
+  return fragment_of_noise(noise, "still", field_axis_mm);
+}
+
+ConfigurationFragment fragment_of(const MovingNoise& noise, double field_axis_mm) {
+  return fragment_of_noise(noise, "moving", field_axis_mm);
 }
 
 }  // namespace tubed

@@ -179,4 +179,33 @@ std::string page_of(const StillNoise& noise, const FieldError* field, const Conf
   return page.str();
 }
 
+std::string page_of(const MovingNoise& noise, const FieldError* field,
+                    const ConfigurationFragment& fragment) {
+  ReportPage page = begin("Noise of moving coils", fragment);
+  page.verdict(noise.remarks.empty() ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
+               "White noise " + number("%.3f mm an axis", noise.position_mm) +
+                   (noise.remarks.empty() ? ", the same slow and fast." : "; see the remarks."));
+  std::vector<std::vector<std::string>> rows;
+  std::vector<Bar> halves;
+  for (const MovingCoil& coil : noise.coils) {
+    rows.push_back({std::to_string(coil.sensor), std::to_string(coil.differences),
+                    number("%.1f", coil.median_mm_s), number("%.3f", coil.noise_mm),
+                    number("%.3f", coil.slow_noise_mm), number("%.3f", coil.fast_noise_mm),
+                    number("%.5f", coil.tangent)});
+    const std::string name = "sensor " + std::to_string(coil.sensor);
+    halves.push_back({name + ", slower", coil.slow_noise_mm});
+    halves.push_back({name + ", faster", coil.fast_noise_mm});
+  }
+  page.table({"sensor", "measurements", "median mm/s", "noise mm", "slower half", "faster half", "direction"},
+             rows);
+  page.figure(40.0 + 24 * static_cast<double>(halves.size()),
+              "Noise while a coil is slower than usual, and faster",
+              [&](Svg& svg, const ReportPage::Room& room) { draw_bars(svg, room, halves, "mm"); });
+  if (field != nullptr) {
+    field_part(*field, page);
+  }
+  end(fragment, page);
+  return page.str();
+}
+
 }  // namespace tubed

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "clients/calibration/coil_rest.hpp"
+#include "clients/calibration/coil_series.hpp"
 #include "idl/geometry/squared.hpp"
 
 namespace tubed {
@@ -29,24 +30,6 @@ std::string words(const char* format, auto... values) {
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(), format, values...);
   return text.data();
-}
-
-struct Series {
-  std::vector<double> t_s;
-  std::vector<Eigen::Vector3d> p_mm;
-  std::vector<Eigen::Vector3d> tangent;
-};
-
-Series series_of(const CoilRecording& recording, const CoilPlacement& coil) {
-  Series series;
-  for (const SequenceMeasurement& measurement : recording.measurements) {
-    if (const CoilSample* const sample = sample_of(measurement, coil)) {
-      series.t_s.push_back(measurement.t_s);
-      series.p_mm.push_back(sample->p_em_mm);
-      series.tangent.push_back(sample->tangent_em);
-    }
-  }
-  return series;
 }
 
 /// Half the mean square of successive differences, an axis.
@@ -73,7 +56,7 @@ double allan_mm(const std::vector<Eigen::Vector3d>& values, int count) {
 }
 
 /// The straight line in time that fits best: mm/min and its standard deviation from white noise.
-void find_drift(const Series& series, StillCoil& coil) {
+void find_drift(const CoilSeries& series, StillCoil& coil) {
   const auto count = static_cast<double>(series.t_s.size());
   double mean_s = 0;
   for (const double t_s : series.t_s) mean_s += t_s / count;
@@ -90,7 +73,7 @@ void find_drift(const Series& series, StillCoil& coil) {
 /// Fisher, Tests of significance in harmonic analysis, 1929: the share g of the largest of m ordinates is
 /// exceeded by chance with a probability below m (1 - g)^(m - 1). All three axes are added up: ordinates then
 /// have six degrees of freedom instead of two, which makes large shares less likely, so that the bound holds.
-void find_interference(const Series& series, double rate_hz, StillCoil& coil) {
+void find_interference(const CoilSeries& series, double rate_hz, StillCoil& coil) {
   const std::size_t count = std::min(series.p_mm.size(), kMaxSpectrum);
   const std::size_t ordinates = (count - 1) / 2;
   double sum = 0;
@@ -122,7 +105,7 @@ void find_interference(const Series& series, double rate_hz, StillCoil& coil) {
   }
 }
 
-StillCoil still_coil(const Series& series, const CoilRest& rest, int sensor, double rate_hz) {
+StillCoil still_coil(const CoilSeries& series, const CoilRest& rest, int sensor, double rate_hz) {
   StillCoil coil;
   coil.sensor = sensor;
   coil.measurements = rest.measurements;
@@ -196,7 +179,7 @@ StillNoise measure_still(const CoilRecording& recording) {
       continue;
     }
     noise.coils.push_back(
-        still_coil(series_of(recording, placement), *rest, placement.sensor, noise.rate_hz));
+        still_coil(CoilSeries(recording, placement), *rest, placement.sensor, noise.rate_hz));
     positions += squared(noise.coils.back().white_rms_mm());
     tangents += squared(noise.coils.back().tangent);
     remark(noise.coils.back(), noise.remarks);

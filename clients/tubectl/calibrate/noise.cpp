@@ -1,4 +1,4 @@
-// tubectl calibrate noise: how coils shake, and how far the field puts them off.
+// tubectl calibrate noise: how coils shake, still or moving, and how far the field puts them off.
 #include <array>
 #include <cstdio>
 #include <iostream>
@@ -24,22 +24,37 @@ struct NoiseOptions {
   std::string places_recording;
   int places_sensor = 1;
   std::string json;
+  bool is_moving = false;
 };
 
-nlohmann::json json_of(const StillNoise& noise, const FieldError* field) {
+nlohmann::json json_of(const StillCoil& coil) {
+  return {{"sensor", coil.sensor},
+          {"measurements", coil.measurements},
+          {"white_mm", {coil.white_mm.x(), coil.white_mm.y(), coil.white_mm.z()}},
+          {"white_sigma_mm", coil.white_sigma_mm},
+          {"tangent", coil.tangent},
+          {"mean_of_40_mm", coil.averaged_mm},
+          {"white_leaves_mm", coil.expected_mm},
+          {"drift_mm_min", coil.drift_mm_min},
+          {"interference_hz", coil.interference_hz},
+          {"interference_mm", coil.interference_mm}};
+}
+
+nlohmann::json json_of(const MovingCoil& coil) {
+  return {{"sensor", coil.sensor},
+          {"measurements", coil.differences},
+          {"median_mm_s", coil.median_mm_s},
+          {"white_axis_mm", coil.noise_mm},
+          {"slower_half_mm", coil.slow_noise_mm},
+          {"faster_half_mm", coil.fast_noise_mm},
+          {"tangent", coil.tangent}};
+}
+
+/// Of StillNoise or MovingNoise.
+template <typename Noise>
+nlohmann::json json_of(const Noise& noise, const FieldError* field) {
   nlohmann::json coils = nlohmann::json::array();
-  for (const StillCoil& coil : noise.coils) {
-    coils.push_back({{"sensor", coil.sensor},
-                     {"measurements", coil.measurements},
-                     {"white_mm", {coil.white_mm.x(), coil.white_mm.y(), coil.white_mm.z()}},
-                     {"white_sigma_mm", coil.white_sigma_mm},
-                     {"tangent", coil.tangent},
-                     {"mean_of_40_mm", coil.averaged_mm},
-                     {"white_leaves_mm", coil.expected_mm},
-                     {"drift_mm_min", coil.drift_mm_min},
-                     {"interference_hz", coil.interference_hz},
-                     {"interference_mm", coil.interference_mm}});
-  }
+  for (const auto& coil : noise.coils) coils.push_back(json_of(coil));
   nlohmann::json all{{"coils", coils},
                      {"rate_hz", noise.rate_hz},
                      {"position_mm", noise.position_mm},
@@ -68,12 +83,8 @@ void print_bands(const FieldError& field) {
   }
 }
 
-int calibrate_still(const NoiseOptions& options) {
-  const std::vector<CoilRecording> recordings = read_coils(options.source, options.accept.config);
-  if (recordings.size() != 1) {
-    throw CalibrationError("name one recording of still coils");
-  }
-  const StillNoise noise = measure_still(recordings.front());
+template <typename Noise>
+int report_noise(const Noise& noise, const NoiseOptions& options) {
   std::optional<FieldError> field;
   if (!options.places.empty()) {
     const CoilRecording moved =
@@ -93,13 +104,25 @@ int calibrate_still(const NoiseOptions& options) {
   return offer(fragment, options.accept);
 }
 
+int calibrate_noise(const NoiseOptions& options) {
+  const std::vector<CoilRecording> recordings = read_coils(options.source, options.accept.config);
+  if (recordings.size() != 1) {
+    throw CalibrationError(std::string("name one recording of ") + (options.is_moving ? "moving" : "still") +
+                           " coils");
+  }
+  return options.is_moving ? report_noise(measure_moving(recordings.front()), options)
+                           : report_noise(measure_still(recordings.front()), options);
+}
+
 }  // namespace
 
 CommandLine add_calibrate_noise(CommandLine app, int& exit_code) {
   const auto options = std::make_shared<NoiseOptions>();
   CommandLine verb = app.add_subcommand(
-      "noise", "Noise of coils that are still, and what the field adds: sigma_position_mm");
+      "noise", "Noise of coils that are still, or moving, and what the field adds: sigma_position_mm");
   add_coil_source_options(verb, options->source);
+  verb.add_flag("--moving", options->is_moving,
+                "The coils moved: a catheter in use; noise by third differences, slow and fast apart");
   verb.add_option("--field-mm", options->field_mm, "The field's error as known otherwise, mm an axis")
       .in_range(0.0, 50.0);
   const Argument places =
@@ -112,9 +135,11 @@ CommandLine add_calibrate_noise(CommandLine app, int& exit_code) {
       .capture_default_str();
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
-  verb.footer("Example:\n  tubectl calibrate noise still --field-mm 1 --config /etc/tubed/tubed.toml");
+  verb.footer(
+      "Examples:\n  tubectl calibrate noise still --field-mm 1 --config /etc/tubed/tubed.toml\n"
+      "  tubectl calibrate noise run --moving --report noise.svg");
   verb.callback(
-      [options, &exit_code] { exit_code = saying_bad_data([&] { return calibrate_still(*options); }); });
+      [options, &exit_code] { exit_code = saying_bad_data([&] { return calibrate_noise(*options); }); });
   return verb;
 }
 
