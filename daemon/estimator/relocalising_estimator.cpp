@@ -25,12 +25,20 @@ struct OwnGeometry {
   }
 };
 
+EstimatorSettings with_mode(EstimatorSettings settings, EstimatorMode mode) {
+  settings.mode = mode;
+  return settings;
+}
+
 }  // namespace
 
 RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
                                              const InstrumentDescription& instrument,
                                              const RoomDescription& room, std::unique_ptr<Estimator> inside)
-    : inside_(std::move(inside)), cameras_(room.cameras) {
+    : inside_(std::move(inside)),
+      coils_(with_mode(settings, EstimatorMode::kEm), instrument, room),
+      by_coils_(std::make_unique<TubeEstimate>()),
+      cameras_(room.cameras) {
   for (std::size_t v = 0; v < room.cameras.size(); ++v) {
     views_.push_back(std::make_unique<ViewRelocaliser>(settings, instrument, room, v));
   }
@@ -74,9 +82,21 @@ void RelocalisingEstimator::estimate(const Observation& observation, TubeEstimat
     const MovedImage& moved = observation.moved[v];
     if (own[v].image != nullptr) {
       views_[v]->judge_use(*moved.image, estimate);
+      refine(v, observation, estimate);
     } else if (moved.image != nullptr && !moved.is_suspect_here) {
       views_[v]->observe(moved, estimate);
     }
+  }
+}
+
+// Coils alone take every tip for straight: not where a hook is in use.
+void RelocalisingEstimator::refine(std::size_t view, const Observation& observation,
+                                   const TubeEstimate& estimate) {
+  Observation without_images = observation;
+  without_images.images = {};
+  coils_.estimate(without_images, *by_coils_);
+  if (by_coils_->coefficient_count == estimate.coefficient_count) {
+    views_[view]->refine(observation.moved[view], *by_coils_);
   }
 }
 

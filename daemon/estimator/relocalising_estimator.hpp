@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "daemon/estimator/single_frame_estimator.hpp"
 #include "daemon/estimator/view_relocaliser.hpp"
 
 namespace tubed {
@@ -36,10 +37,13 @@ class RelocalisingEstimator final : public Estimator {
   };
 
   [[nodiscard]] bool lend(std::size_t view, const MovedImage& moved, Observation& shown);
+  void refine(std::size_t view, const Observation& observation, const TubeEstimate& estimate);
   void add_pose_errors(TubeEstimate& estimate) const;
   void doubt(TubeEstimate& estimate) const;
 
   std::unique_ptr<Estimator> inside_;
+  SingleFrameEstimator coils_;              ///< what a pose in use is held against
+  std::unique_ptr<TubeEstimate> by_coils_;  ///< what it writes
   std::vector<CameraCalibration> cameras_;
   std::vector<std::unique_ptr<ViewRelocaliser>> views_;
   std::array<Lent, kMaxCameras> lent_;  ///< the newest of each camera

@@ -225,10 +225,23 @@ void ViewRelocaliser::observe(const MovedImage& moved, const TubeEstimate& shape
   choose(moved.image->exposure);
 }
 
+// 1: the tube is where no image has shown it yet.
+double ViewRelocaliser::news_for(const Hypothesis& hypothesis) const {
+  if (!hypothesis.has_used) return 1;
+  return std::min(1.0, (points_mm_ - hypothesis.points_used_mm).colwise().norm().mean() / kOtherPlace_mm);
+}
+
+void ViewRelocaliser::refine(const MovedImage& moved, const TubeEstimate& shape) {
+  if (state_ != State::kFound || !moved.has_settled || !take_shape(shape)) return;
+  Hypothesis& hypothesis = hypotheses_[likeliest_];
+  if (news_for(hypothesis) < kWorthwhileNews) return;
+  correct(moved, hypothesis);
+  pose_ = hypothesis.pose;
+  note_sigma();
+}
+
 void ViewRelocaliser::correct(const MovedImage& moved, Hypothesis& hypothesis) {
-  const double way_mm =
-      hypothesis.has_used ? (points_mm_ - hypothesis.points_used_mm).colwise().norm().mean() : kOtherPlace_mm;
-  const double news = std::min(1.0, way_mm / kOtherPlace_mm);
+  const double news = news_for(hypothesis);
   const Match found = match(moved, hypothesis.pose, std::max(news, kMinNews));
   const bool is_worthwhile = !has_settled_ || news >= kWorthwhileNews;
   if (is_worthwhile) hypothesis.log_evidence += found.is_found ? found.log_evidence : kNotFound;
@@ -244,7 +257,9 @@ void ViewRelocaliser::correct(const MovedImage& moved, Hypothesis& hypothesis) {
 }
 
 void ViewRelocaliser::choose(MonotonicTime exposure) {
-  auto& better = *std::ranges::max_element(hypotheses_, {}, &Hypothesis::log_evidence);
+  const auto better_at = std::ranges::max_element(hypotheses_, {}, &Hypothesis::log_evidence);
+  likeliest_ = static_cast<std::size_t>(better_at - hypotheses_.begin());
+  const Hypothesis& better = *better_at;
   pose_ = better.pose;
   note_sigma();
   if (state_ == State::kLost && has_settled_ && better.good >= kGoodInARow && sigma_across_mm_ < kUse_mm &&

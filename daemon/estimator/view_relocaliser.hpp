@@ -24,9 +24,8 @@ namespace tubed {
 /// elsewhere than before says more of it. Where an image shows the tube, and its end, TubeViews measures
 /// around the projection of the shape that is known without that image. That shape's errors last and are
 /// shared along the tube: lines within 40 mm of it count as one, and so do images between which it has gone
-/// by less than 20 mm. Once found a pose stays as it is. A turn while fluoroscopy was off is found only where
-/// the tube is still within the lines' reach. Called by the optimizer thread; memory is taken in the
-/// constructor.
+/// by less than 20 mm. A turn while fluoroscopy was off is found only where the tube is still within the
+/// lines' reach. Called by the optimizer thread; memory is taken in the constructor.
 class ViewRelocaliser {
  public:
   /// The camera of that index in the room, as measured_room() has it.
@@ -46,6 +45,10 @@ class ViewRelocaliser {
 
   /// Before an image is used: does the pose still hold? False when it moved again.
   bool holds(const MovedImage& moved);
+
+  /// An image that was used: once found a pose gets better with every place the tube goes to. `shape`: of its
+  /// instant, by coils alone, since one that images led would agree with the pose that they were shown with.
+  void refine(const MovedImage& moved, const TubeEstimate& shape);
 
   /// `image` was shown with pose() to the estimator that made that estimate.
   void judge_use(const ImageMeasurement& image, const TubeEstimate& estimate);
@@ -91,6 +94,7 @@ class ViewRelocaliser {
   void suppose();
   void move_on(double dt_s);
   void correct(const MovedImage& moved, Hypothesis& hypothesis);
+  [[nodiscard]] double news_for(const Hypothesis& hypothesis) const;
   void choose(MonotonicTime exposure);
   [[nodiscard]] bool is_decided(const Hypothesis& better) const;
   [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news);
@@ -116,7 +120,8 @@ class ViewRelocaliser {
   std::vector<Eigen::Matrix3d> covariance_;  ///< of each of them, mm^2
   State state_ = State::kGiven;
   std::array<Hypothesis, kMoves> hypotheses_;
-  ViewPose pose_;  ///< of the likeliest one, against the coils as registered
+  std::size_t likeliest_ = 0;  ///< of them
+  ViewPose pose_;              ///< of the likeliest one, against the coils as registered
   std::uint32_t moves_ = 0;
   bool has_settled_ = false;
   MonotonicTime last_{};

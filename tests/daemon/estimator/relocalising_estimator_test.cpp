@@ -92,6 +92,18 @@ struct MovedViewBench {
     return std::sqrt(sum);
   }
 
+  /// How far the pose in use is turned about the image's vertical axis against the true one.
+  [[nodiscard]] double turn_off_deg() const {
+    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> used(
+        estimate->views[0].T_camera_world.data());
+    const Eigen::AngleAxisd off(
+        Eigen::Matrix3d(used.topLeftCorner<3, 3>() * true_pose().linear().transpose()));
+    return off.angle() * off.axis().y() / kRadians;
+  }
+  [[nodiscard]] double sigma_of_turn_deg() const {
+    return static_cast<double>(estimate->views[0].sigma_rotation_rad[1]) / kRadians;
+  }
+
   [[nodiscard]] double sigma_mm(std::size_t point) const {
     const auto& c = estimate->points[point].covariance_mm2;
     return std::sqrt(c[0] + c[3]);  // across the view, which looks along z
@@ -197,6 +209,22 @@ TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {
   bench.motion.kind = BackgroundMotion::Kind::kTurned;
   bench.look_times(80);
   EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_LT(bench.off_across_mm(), 1.5);
+}
+
+// The catheter goes on to other places, and what it shows there is worth as much as before the pose was used.
+TEST(RelocalisingEstimator, APoseThatIsUsedGetsBetter) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({0, 0}, 15);
+  bench.motion.kind = BackgroundMotion::Kind::kTurned;
+  while (!bench.estimate->has_image && bench.seed < 300) bench.look();
+  ASSERT_TRUE(bench.estimate->has_image);
+  const double first_sigma_deg = bench.sigma_of_turn_deg();
+  bench.look_times(400);
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_LT(bench.sigma_of_turn_deg(), 0.8 * first_sigma_deg);
+  EXPECT_LT(std::abs(bench.turn_off_deg()), 3 * bench.sigma_of_turn_deg());
   EXPECT_LT(bench.off_across_mm(), 1.5);
 }
 
