@@ -19,12 +19,10 @@ namespace tubed {
 namespace {
 
 constexpr double kBesideCoil_mm = 6;
-constexpr double kMinAgreeing = 0.5;    // share of the lines beside a coil
-constexpr double kBeyondTip_px = 34;    // that is filtered around the tip
-constexpr int kEndOutside_px = 30;      // how far beyond the expected end is looked
-constexpr int kEndLines = 12;           // in view, to look for the end
-constexpr int kEndDirection = 3;        // lines over which its direction is taken
-constexpr double kMinSpacing_px = 0.2;  // of lines, a mm: below, the tip points at the source
+constexpr double kMinAgreeing = 0.5;  // share of the lines beside a coil
+constexpr double kBeyondTip_px = 34;  // that is filtered around the tip
+constexpr int kEndOutside_px = 30;    // how far beyond the expected end is looked
+constexpr int kEndLines = 12;         // in view, to look for the end
 
 /// The tube as coils alone have it, and the lines across it in one image.
 struct Lines {
@@ -77,36 +75,28 @@ std::optional<TubeSighting> beside_coil(const Lines& lines, double s_mm) {
 /// The end, on the path that the lines have found; as TubeViews looks for it, and further.
 std::optional<TubeSighting> end_of(const ImageMeasurement& image, const Camera& camera, const Lines& lines,
                                    float ridge_height) {
+  std::array<Eigen::Vector2d, kEndLines> found_px;
   for (int i = 0; i < kEndLines; ++i) {
     if (i >= lines.layout.count || !lines.at(i).in_view) return std::nullopt;
+    found_px[static_cast<std::size_t>(i)] = lines.found(i);
   }
-  const Eigen::Vector2d tip_px = lines.found(0);
-  const double spacing_px = (lines.found(kEndDirection) - lines.found(0)).norm() / kEndDirection;
-  if (!(spacing_px > kMinSpacing_px * lines.layout.spacing_mm)) return std::nullopt;
-  const Eigen::Vector2d outward = (tip_px - lines.found(kEndDirection)).normalized();
-  std::array<Eigen::Vector2d, kMaxEndSamples> path_px;
-  std::size_t samples = 0;
-  for (int k = kEndOutside_px; k > 0; --k) path_px[samples++] = tip_px + k * outward;
-  for (double along_px = 0; samples < path_px.size(); along_px += 1) {
-    const double line = along_px / spacing_px;
-    const int before = static_cast<int>(line);
-    if (before + 1 >= kEndLines) break;
-    path_px[samples++] =
-        lines.found(before) + (line - before) * (lines.found(before + 1) - lines.found(before));
+  const auto path = EndPath::over(found_px, lines.layout.spacing_mm, kEndOutside_px);
+  if (!path) return std::nullopt;
+  if (std::ranges::any_of(path->points_px(), [&](const Eigen::Vector2d& p_px) {
+        return is_masked(camera.calibration(), p_px);
+      })) {
+    return std::nullopt;
   }
-  for (std::size_t i = 0; i < samples; ++i) {
-    if (is_masked(camera.calibration(), path_px[i])) return std::nullopt;
-  }
-  const auto end = find_tube_end(image, {path_px.data(), samples}, ridge_height);
+  const auto ridge_end = find_tube_end(image, path->points_px(), ridge_height);
+  if (!ridge_end) return std::nullopt;
+  const auto end =
+      sharpened(*ridge_end, image, path->points_px(), lines.at(0).half_width_px).value_or(*ridge_end);
   constexpr double kMaxVariance_px2 = 16;
-  if (!end || end->variance > kMaxVariance_px2) return std::nullopt;
-  const auto below = static_cast<std::size_t>(end->place);
-  if (below + 1 >= samples) return std::nullopt;
-  const double share = end->place - static_cast<double>(below);
+  if (end.variance > kMaxVariance_px2) return std::nullopt;
   TubeSighting seen;
   seen.is_end = true;
-  seen.p_image_px = path_px[below] + share * (path_px[below + 1] - path_px[below]);
-  seen.direction = outward;
+  seen.p_image_px = path->at(end.place);
+  seen.direction = path->outward();
   return seen;
 }
 

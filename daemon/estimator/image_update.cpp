@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
 constexpr double kDoubtfulPull = 60;        // chi^2 of the prediction against the image
+constexpr double kJerk = 12;                // chi^2 of a stretch of 20 mm
 constexpr double kSureOfTip_px = ImageUpdate::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {ImageUpdate::kFirstReach_px, 5};
 
@@ -40,7 +41,7 @@ bool ImageUpdate::settle(const TubeState& state, Eigen::Matrix3Xd& C, TubeEstima
 }
 
 ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const CoilObservations& coils,
-                                        TubeState& state, TubeEstimate& estimate) {
+                                        Jerk jerk, TubeState& state, TubeEstimate& estimate) {
   TubeGaussian& tube = state.tube;
   Outcome outcome;
   if (!settle(state, tube.C, estimate)) {
@@ -61,6 +62,12 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
                             {reach, loose_mm == 0, 0, true, &prediction}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
+    const TubeViews::Surprise surprise = views_.surprise(observation.instant);
+    if (jerk == Jerk::kAsked && reach == kFirstReach_px && surprise.chi2 > kJerk &&
+        static_cast<double>(estimate.image_inlier_ratio) >= SingleFrameSolver::kDoubtfulAgreeing) {
+      outcome.jerk_at_mm = surprise.s_mm;
+      return outcome;
+    }
     estimate.iterations += coefficients_.refine(lines);
   }
   test_mirrored(lines, coils, estimate);

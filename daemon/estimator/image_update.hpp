@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "daemon/estimator/coefficient_update.hpp"
@@ -33,15 +34,19 @@ class ImageUpdate {
   struct Outcome {
     ImageVerdict verdict = ImageVerdict::kNone;
     std::span<const ViewConstraints> lines;  ///< that were taken in; valid until the views are asked again
-    bool numerically_lost = false;           ///< the covariance is not positive definite: begin again
-    double interval_s = 0;                   ///< since an image showed the tube before
-    double pulled = 0;  ///< chi^2 of how far they pulled the mean, and what was expected of it
+    /// A stretch of the tube lies further beside its prediction than it can be wrong: nothing was taken in.
+    std::optional<double> jerk_at_mm{};
+    bool numerically_lost = false;  ///< the covariance is not positive definite: begin again
+    double interval_s = 0;          ///< since an image showed the tube before
+    double pulled = 0;              ///< chi^2 of how far they pulled the mean, and what was expected of it
     double expected = 0;
   };
   /// Looks for the tube around the prediction, twice with narrowing lines, and takes what was found into the
   /// state's Gaussian and its record of images. An image in which too few lines agree, or whose lines pull
-  /// the prediction further than it can be wrong, shows something else: the prediction stays.
-  Outcome apply(const Observation& observation, const CoilObservations& coils, TubeState& state,
+  /// the prediction further than it can be wrong, shows something else: the prediction stays. A jerk is told
+  /// with kAsked only.
+  enum class Jerk { kAsked, kAllowedFor };
+  Outcome apply(const Observation& observation, const CoilObservations& coils, Jerk jerk, TubeState& state,
                 TubeEstimate& estimate);
 
   /// The covariance of the shape that settle() or apply() has found; nullptr when it cannot be had.

@@ -11,7 +11,6 @@ namespace {
 // freedom grows evenly: a rounded digit must not decide.
 constexpr double kJerkFrom = 1.4;
 constexpr double kCertainJerk = 1.6;
-constexpr double kFreedomOfAJerk = 20;
 constexpr int kMinMeasurements = 10;  // until it is known what is usual
 constexpr int kMaxMeasurements = 60;  // that the mean goes back
 constexpr double kFreedomMemory_s = 0.5;

@@ -12,6 +12,8 @@ namespace tubed {
 /// held instead.
 class MotionFreedom {
  public:
+  static constexpr double kFreedomOfAJerk = 20;
+
   /// As it is learnt.
   [[nodiscard]] double learnt() const { return learnt_; }
 

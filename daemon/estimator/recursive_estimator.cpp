@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxEmFrames = 16;  // a longer gap is bridged by the newest ones
 constexpr double kBendingWithoutImages_s = 0.2;
+constexpr double kMaxJerk_s = 0.2;
 constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 
 }  // namespace
@@ -232,7 +233,13 @@ void RecursiveEstimator::ask_alone(const EmFrame& frame, const EmHistory& histor
 
 ImageVerdict RecursiveEstimator::update_image(const Observation& observation, const CoilObservations& coils,
                                               TubeEstimate& estimate) {
-  const ImageUpdate::Outcome outcome = image_update_.apply(observation, coils, state_, estimate);
+  ImageUpdate::Outcome outcome =
+      image_update_.apply(observation, coils, ImageUpdate::Jerk::kAsked, state_, estimate);
+  if (outcome.jerk_at_mm) {
+    const double interval_s = seconds_between(state_.images.confirmed, observation.instant);
+    motion_.loosen(*outcome.jerk_at_mm, std::clamp(interval_s, 0.0, kMaxJerk_s), state_);
+    outcome = image_update_.apply(observation, coils, ImageUpdate::Jerk::kAllowedFor, state_, estimate);
+  }
   if (outcome.numerically_lost) {
     state_.begun = false;
   } else {

@@ -21,6 +21,10 @@ void StateMotion::predict(MonotonicTime time, double freedom, TubeState& state) 
   state.errors.age(dt_s, instrument_, map_, tube, scratch_);
 }
 
+void StateMotion::loosen(double s_mm, double interval_s, TubeState& state) const {
+  motion_.loosen(s_mm, MotionFreedom::kFreedomOfAJerk * interval_s, state.tube.P);
+}
+
 void StateMotion::learn_drift(double interval_s, TubeState& state) const {
   motion_.learn_drift(interval_s, MotionFreedom::min_drift(state.errors.share()), state.tube.m, state.tube.P,
                       state.drift);

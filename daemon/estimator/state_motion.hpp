@@ -22,6 +22,10 @@ class StateMotion {
   /// MotionFreedom::sideways().
   void predict(MonotonicTime time, double freedom, TubeState& state);
 
+  /// An image shows that about the place s_mm from the tip the tube has jerked to a side, within
+  /// `interval_s`.
+  void loosen(double s_mm, double interval_s, TubeState& state) const;
+
   /// Learns from an update, `interval_s` after the one before, how fast each stretch of the tube drifts.
   void learn_drift(double interval_s, TubeState& state) const;
 

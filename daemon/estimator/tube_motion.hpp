@@ -49,6 +49,10 @@ class TubeMotion {
   void predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                Eigen::MatrixXd& P);
 
+  /// The covariance of a tube that may have moved sideways about the place s_mm from the tip as one does in
+  /// `moving_s` seconds, less the further from there.
+  void loosen(double s_mm, double moving_s, Eigen::MatrixXd& P) const;
+
   /// Learns from m and P, after a measurement taken `interval_s` after the last, how fast each stretch
   /// drifts: one that is seen to move across the view moves in depth as well, one that rests in it rests. No
   /// stretch becomes slower than `least` times the usual variance.

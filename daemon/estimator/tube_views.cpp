@@ -5,9 +5,9 @@
 
 #include "daemon/image/measured_view.hpp"
 #include "daemon/image/predicted_lines.hpp"
-#include "daemon/image/tube_end.hpp"
 #include "daemon/image/vesselness_meter.hpp"
 #include "idl/geometry/image_mask.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -21,7 +21,10 @@ constexpr double kEndPiece_mm = 16;        // its last piece, that may be seen o
 constexpr int kMinTipLines = 4;            // in view, to say which
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
+constexpr double kSigmaEnd_px = 3.0;       // of an end by the ridge filter beside its own variance
+constexpr double kSigmaSharpEnd_px = 1.0;  // of one by the greys
+constexpr double kSharpEndTemper = 4;      // of its variance: the next image shows the same end
+constexpr double kExpectedEnd_px = 4.0;    // how well it is expected
 constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
 constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 
@@ -146,6 +149,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = 0;
   view.misses_tip.reset();
   view.unseen_at_tip = 0;
+  view.surprise = {};
   view.lines_asked = in_view < kMinLines ? 0 : in_view;
   if (view.lines_asked == 0) {
     return;
@@ -154,6 +158,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = outcome.inlier_ratio;
   view.misses_tip = misses_tip_here();
   view.unseen_at_tip = unseen_here();
+  view.surprise = surprise_here();
   if (view.inlier_ratio < kMinFound) {
     return;
   }
@@ -167,10 +172,10 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
           layout_.s_mm(i), line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
   }
-  if (search.asks_marks) {
+  if (search.holds_along) {
     measure_marks(image, view);
   }
-  measure_end(image, view, outcome.ridge_height, search.tip_is_held);
+  measure_end(image, view, outcome.ridge_height, search);
 }
 
 std::optional<bool> TubeViews::misses_tip_here() const {
@@ -191,6 +196,36 @@ int TubeViews::unseen_here() const {
     unseen += line.in_view && !line.agrees ? 1 : 0;
   }
   return unseen;
+}
+
+TubeViews::Surprise TubeViews::surprise_here() const {
+  constexpr int kStretch = 10;     // lines
+  constexpr int kMinAgreeing = 7;  // of them
+  Surprise greatest;
+  for (int first = 0; first + kStretch <= layout_.count; ++first) {
+    int agreeing = 0;
+    double seen_px2 = 0;
+    double expected_px2 = 0;
+    for (int i = first; i < first + kStretch; ++i) {
+      const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+      if (!line.in_view || !line.agrees || !(line.expected_variance_px2 > 0)) continue;
+      ++agreeing;
+      seen_px2 += squared(line.offset_px - line.expected_px);
+      expected_px2 += line.expected_variance_px2 + line.variance_px2 + squared(settings_.sigma_image_px);
+    }
+    if (agreeing >= kMinAgreeing && seen_px2 > greatest.chi2 * expected_px2) {
+      greatest = {seen_px2 / expected_px2, layout_.s_mm(first + kStretch / 2)};
+    }
+  }
+  return greatest;
+}
+
+TubeViews::Surprise TubeViews::surprise(MonotonicTime instant) const {
+  Surprise greatest;
+  for (const View& view : views_) {
+    if (view.exposure == instant && view.surprise.chi2 > greatest.chi2) greatest = view.surprise;
+  }
+  return greatest;
 }
 
 int TubeViews::unseen_at_tip(MonotonicTime instant) const {
@@ -220,53 +255,46 @@ bool TubeViews::misses_tip(MonotonicTime instant) const {
   return misses;
 }
 
-// The lines say where the tube is across itself only; where its tip ends says where it is along itself. Where
-// no coil says that as well it counts for what it is. Otherwise a shape that stops short of the tube's end,
-// bends less and is steep for the rest of its length would be the more likely one.
-void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held) {
-  int inside = 0;
-  while (inside < kEndInside && inside < layout_.count && lines_[static_cast<std::size_t>(inside)].in_view) {
-    ++inside;
+// The lines say where the tube is across itself only; where its tip ends says where it is along itself.
+void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height,
+                            const TubeSearch& search) {
+  std::array<Eigen::Vector2d, kEndInside> found_px;
+  for (int i = 0; i < kEndInside; ++i) {
+    if (i >= layout_.count || !lines_[static_cast<std::size_t>(i)].in_view) return;
+    const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
+    found_px[static_cast<std::size_t>(i)] = line.base_px + line.offset_px * line.normal;
   }
-  if (inside < kEndInside) {
-    return;
-  }
-  const auto found = [this](int line) -> Eigen::Vector2d {
-    const CorrespondenceLine& of = lines_[static_cast<std::size_t>(line)];
-    return of.base_px + of.offset_px * of.normal;
-  };
-  const Eigen::Vector2d tip_px = found(0);
-  Eigen::Vector2d outward = tip_px - found(kTipDirection);
-  const double spacing_px = (tip_px - found(1)).norm();
-  if (!(spacing_px > kShortest_px_per_mm * layout_.spacing_mm)) {
-    return;
-  }
-  outward.normalize();
-  std::array<Eigen::Vector2d, kMaxEndSamples> path_px;
-  std::size_t samples = 0;
-  for (int k = kEndOutside_px; k > 0; --k) {
-    path_px[samples++] = tip_px + k * outward;
-  }
-  for (double along_px = 0; samples < path_px.size(); along_px += 1) {
-    const double line = along_px / spacing_px;
-    const int before = static_cast<int>(line);
-    if (before + 1 >= inside) {
-      break;
-    }
-    path_px[samples++] = found(before) + (line - before) * (found(before + 1) - found(before));
-  }
+  const auto path = EndPath::over(found_px, layout_.spacing_mm, kEndOutside_px);
+  if (!path) return;
   const CameraCalibration& camera = view.camera.calibration();
-  if (std::any_of(path_px.begin(), path_px.begin() + static_cast<std::ptrdiff_t>(samples),
-                  [&](const Eigen::Vector2d& p_px) { return is_masked(camera, p_px); })) {
+  if (std::ranges::any_of(path->points_px(),
+                          [&](const Eigen::Vector2d& p_px) { return is_masked(camera, p_px); })) {
     return;  // a tube that goes behind a mask does not end there
   }
-  const auto end = find_tube_end(image, {path_px.data(), samples}, ridge_height);
-  if (end) {
-    const Eigen::Vector2d end_px = tip_px + (kEndOutside_px - end->place) * outward;
-    view.measured[static_cast<std::size_t>(view.count++)] = {
-        0, end_px, outward,
-        (end->variance + kSigmaEnd_px * kSigmaEnd_px) * (tip_is_held ? settings_.image_temper : 1)};
-  }
+  const auto ridge_end = find_tube_end(image, path->points_px(), ridge_height);
+  if (!ridge_end) return;
+  const auto sharp_end = sharpened(*ridge_end, image, path->points_px(), lines_[0].half_width_px);
+  const TubeEnd& end = sharp_end ? *sharp_end : *ridge_end;
+  view.measured[static_cast<std::size_t>(view.count++)] = {
+      0, path->at(end.place), path->outward(),
+      sharp_end && search.holds_along ? variance_of_sharp_end(end, search.tip_is_held)
+                                      : variance_of_end(end, search.tip_is_held)};
+}
+
+// Where no coil says where the tube is along itself as well, its end counts for what it is. Otherwise a shape
+// that stops short of the tube's end, bends less and is steep for the rest of its length would be the more
+// likely one.
+double TubeViews::variance_of_end(const TubeEnd& end, bool tip_is_held) const {
+  return (end.variance + squared(kSigmaEnd_px)) * (tip_is_held ? settings_.image_temper : 1);
+}
+
+// Something that crosses the tube may look like its end: errors are distributed as Student's t with three
+// degrees of freedom, about where the tip was expected.
+double TubeViews::variance_of_sharp_end(const TubeEnd& end, bool tip_is_held) const {
+  constexpr double kFreedom = 3;
+  const double variance = end.variance + squared(kSigmaSharpEnd_px);
+  const double off = squared(end.place - kEndOutside_px) / (variance + squared(kExpectedEnd_px));
+  return variance * (tip_is_held ? kSharpEndTemper : 1) * (kFreedom + off) / (kFreedom + 1);
 }
 
 bool TubeViews::takes_part(const View& view, const Observation& observation) {

@@ -14,6 +14,7 @@
 #include "daemon/image/predicted_lines.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/seen_tube.hpp"
+#include "daemon/image/tube_end.hpp"
 
 namespace tubed {
 
@@ -31,9 +32,10 @@ struct TubeSearch {
   int reach_px;             ///< to either side of its projection
   bool tip_is_held = true;  ///< by a coil: where its end is in the image matters less
   double from_mm = 0;       ///< arc length from the tip: nothing before it is looked for
-  /// Marks as well. Not by who compares shapes by their cost, or asks how far an image pulls coils: a mark
-  /// that is found on one of them and not on the other, or a wrong arc length, would decide.
-  bool asks_marks = false;
+  /// What holds the tube along itself counts in full: marks, and its end. Not where shapes are compared by
+  /// their cost, or it is asked how far an image pulls coils: a mark or an end that is found on one shape and
+  /// not on the other, or a wrong arc length, would decide.
+  bool holds_along = false;
   /// Which of two ridges side by side is the tube's, it decides; nullptr: the image alone does.
   const TubePrediction* prediction = nullptr;
 };
@@ -75,6 +77,14 @@ class TubeViews {
   /// Do the images of that instant show something else than a tip where it was looked for: do most lines of
   /// its last piece disagree, in every view that has enough of them?
   [[nodiscard]] bool misses_tip(MonotonicTime instant) const;
+
+  /// A stretch of the tube that lies beside where it was predicted.
+  struct Surprise {
+    double chi2 = 0;  ///< mean square of its lines' offsets over what prediction and lines expect of them
+    double s_mm = 0;  ///< its middle, from the tip
+  };
+  /// The greatest one in the images of that instant, of stretches of 20 mm that the image shows.
+  [[nodiscard]] Surprise surprise(MonotonicTime instant) const;
 
   /// How many lines of the last kTip_mm of the tube the images of that instant were asked and did not show a
   /// tube at, in the view that showed most of them.
@@ -125,6 +135,7 @@ class TubeViews {
     int lines_asked = 0;               ///< of the newest image; 0: too few in view
     std::optional<bool> misses_tip{};  ///< of the newest image; nothing: too few of its lines to say
     int unseen_at_tip = 0;             ///< of the newest image
+    Surprise surprise{};               ///< of the newest image
     MonotonicTime exposure{};          ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;
@@ -133,6 +144,7 @@ class TubeViews {
   [[nodiscard]] static bool takes_part(const View& view, const Observation& observation);
   [[nodiscard]] std::optional<bool> misses_tip_here() const;
   [[nodiscard]] int unseen_here() const;
+  [[nodiscard]] Surprise surprise_here() const;
   int leave_out_before(double from_mm);
   void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
   int leave_out_unreadable(const ImageMeasurement& image, int reach_px);
@@ -140,7 +152,9 @@ class TubeViews {
   [[nodiscard]] Eigen::Vector2d found_px(double s_mm) const;
   bool read_darkness(const ImageMeasurement& image);
   void measure_marks(const ImageMeasurement& image, View& view);
-  void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
+  void measure_end(const ImageMeasurement& image, View& view, float ridge_height, const TubeSearch& search);
+  [[nodiscard]] double variance_of_end(const TubeEnd& end, bool tip_is_held) const;
+  [[nodiscard]] double variance_of_sharp_end(const TubeEnd& end, bool tip_is_held) const;
 
   EstimatorSettings settings_;
   std::vector<View> views_;

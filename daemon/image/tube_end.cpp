@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "daemon/image/sample_vesselness.hpp"
 
@@ -15,6 +16,19 @@ constexpr double kLimit = 1.0;  // no single sample may say more than this
 constexpr double kBetterThanEnds = 3.0;  // log-odds of the best place against the path's ends
 
 constexpr std::size_t kNearEnd = 10;  // samples behind the end whose height is that of the tip
+
+constexpr double kShortest_px_per_mm = 0.2;  // below, a piece of tube lies along the rays
+constexpr std::size_t kDirection = 3;        // pieces over which the tip's direction is taken
+
+// The step in grey.
+constexpr int kStepOutside = 9;       // samples from the coarse end outward that it is fitted to
+constexpr int kStepInside = 6;        // and inward: an electrode at the tip may be no longer
+constexpr double kStepPlace = 0.25;   // samples from one place that is tried to the next
+constexpr double kBlur = 1.1;         // standard deviation of a radiograph's edge, px: screen, pixel, tip
+constexpr double kNeighbours = 3;     // samples that see the same noise
+constexpr double kMinGain = 16;       // chi-square by which a step has to be better than none
+constexpr double kMinNoise = 0.02;    // of the step's height: no radiograph is better
+constexpr double kBeyondSide_px = 2;  // from the tube's side to the background
 
 /// log-odds that the tube ends before sample k, from those that it ends before the first one.
 using Odds = std::array<double, kMaxEndSamples + 1>;
@@ -46,7 +60,86 @@ double height_behind(const std::array<double, kMaxEndSamples>& seen, std::size_t
   return std::max(usual_height, *middle);
 }
 
+/// A level on the one side and another on the other, least squares.
+struct StepFit {
+  double squares = 0;  ///< that are left
+  double step = 0;     ///< of the level, inward
+};
+
+using StepWindow = std::array<double, kStepOutside + kStepInside + 1>;
+
+/// c_k = b + h Phi((k - place) / kBlur).
+StepFit fit_step(const StepWindow& seen, double place) {
+  const auto count = static_cast<double>(seen.size());
+  double c = 0, x = 0, cc = 0, xx = 0, xc = 0;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const double covered = 0.5 * std::erfc((place - static_cast<double>(k)) / (kBlur * std::numbers::sqrt2));
+    c += seen[k];
+    x += covered;
+    cc += seen[k] * seen[k];
+    xx += covered * covered;
+    xc += covered * seen[k];
+  }
+  const double spread = xx - x * x / count;
+  const double together = xc - x * c / count;
+  return {cc - c * c / count - together * together / spread, together / spread};
+}
+
+/// How much darker than its sides the tube is there.
+double contrast_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, const Eigen::Vector2d& along,
+                   double half_width_px) {
+  const Eigen::Vector2d across(-along.y(), along.x());
+  const auto grey = [&](double offset_px) {
+    return static_cast<double>(sample_map(image, image.grey, p_px + offset_px * across));
+  };
+  const double centre = (grey(-half_width_px / 2) + grey(0) + grey(half_width_px / 2)) / 3;
+  double sides = 0;
+  for (const double beyond_px : {kBeyondSide_px, kBeyondSide_px + 1}) {
+    sides += (grey(-half_width_px - beyond_px) + grey(half_width_px + beyond_px)) / 4;
+  }
+  return image.polarity == RidgePolarity::kDark ? sides - centre : centre - sides;
+}
+
+/// Mean and variance of a place whose log-likelihood is -squares / (2 variance) at first + i * kStepPlace.
+template <std::size_t kCount>
+TubeEnd posterior_of(const std::array<double, kCount>& squares, double least, double variance, double first) {
+  double sum = 0, first_moment = 0, second_moment = 0;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double p = std::exp((least - squares[i]) / (2 * variance));
+    const double place = first + static_cast<double>(i) * kStepPlace;
+    sum += p;
+    first_moment += p * place;
+    second_moment += p * place * place;
+  }
+  const double mean = first_moment / sum;
+  return {mean, std::max(0.0, second_moment / sum - mean * mean)};
+}
+
 }  // namespace
+
+std::optional<EndPath> EndPath::over(std::span<const Eigen::Vector2d> found_px, double spacing_mm,
+                                     int outside_px) {
+  const Eigen::Vector2d tip = found_px[0] - found_px[kDirection];
+  const double spacing_px = tip.norm() / kDirection;
+  if (!(spacing_px > kShortest_px_per_mm * spacing_mm)) return std::nullopt;
+  EndPath path;
+  path.outward_ = tip.normalized();
+  for (int k = outside_px; k > 0; --k) path.points_px_[path.count_++] = found_px[0] + k * path.outward_;
+  for (double along_px = 0; path.count_ < path.points_px_.size(); along_px += 1) {
+    const double piece = along_px / spacing_px;
+    const auto before = static_cast<std::size_t>(piece);
+    if (before + 1 >= found_px.size()) break;
+    path.points_px_[path.count_++] =
+        found_px[before] + (piece - static_cast<double>(before)) * (found_px[before + 1] - found_px[before]);
+  }
+  return path;
+}
+
+Eigen::Vector2d EndPath::at(double place) const {
+  const auto before = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(count_ - 2)));
+  const double share = place - static_cast<double>(before);
+  return points_px_[before] + share * (points_px_[before + 1] - points_px_[before]);
+}
 
 std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<const Eigen::Vector2d> path_px,
                                      float ridge_height) {
@@ -83,6 +176,41 @@ std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<co
   end.place = first_moment / sum;
   end.variance = std::max(0.0, second_moment / sum - end.place * end.place);
   return end;
+}
+
+std::optional<TubeEnd> sharpened(const TubeEnd& end, const ImageMeasurement& image,
+                                 std::span<const Eigen::Vector2d> path_px, double half_width_px) {
+  const auto first = static_cast<std::ptrdiff_t>(std::lround(end.place)) - kStepOutside;
+  StepWindow seen{};
+  const auto count = static_cast<std::ptrdiff_t>(seen.size());
+  if (first < 1 || first + count >= static_cast<std::ptrdiff_t>(path_px.size())) return std::nullopt;
+  double mean = 0;
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(first + k);
+    const Eigen::Vector2d along = (path_px[i + 1] - path_px[i - 1]).normalized();
+    seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px);
+    mean += seen[static_cast<std::size_t>(k)] / static_cast<double>(count);
+  }
+  double without_step = 0;
+  for (const double value : seen) without_step += (value - mean) * (value - mean);
+  // Three samples on either side tell the levels.
+  constexpr double kMargin = 2.5;
+  constexpr auto kPlaces =
+      static_cast<std::size_t>((kStepOutside + kStepInside - 2 * kMargin) / kStepPlace) + 1;
+  std::array<double, kPlaces> squares{};
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < kPlaces; ++i) {
+    const StepFit fit = fit_step(seen, kMargin + static_cast<double>(i) * kStepPlace);
+    squares[i] = fit.step > 0 ? fit.squares : without_step;
+    if (squares[i] < squares[best]) best = i;
+  }
+  const double height = fit_step(seen, kMargin + static_cast<double>(best) * kStepPlace).step;
+  const double variance = std::max(kNeighbours * squares[best] / static_cast<double>(count - 3),
+                                   kMinNoise * kMinNoise * height * height);
+  if (!(without_step - squares[best] > kMinGain * variance)) return std::nullopt;
+  TubeEnd step = posterior_of(squares, squares[best], variance, kMargin);
+  step.place += static_cast<double>(first);
+  return step;
 }
 
 }  // namespace tubed

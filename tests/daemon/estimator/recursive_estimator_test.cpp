@@ -26,6 +26,33 @@ TEST(RecursiveEstimator, ForgetsNoMeasurementSoNoiseAveragesOut) {
   EXPECT_EQ(bench.estimate->validity, Validity::kValid);
 }
 
+/// Share of a displacement of `off_mm` in the image, along its x axis, that the shape has followed.
+double followed_share(const FilterBench& bench, double off_mm) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < bench.estimate->point_count; ++i) {
+    const double s_mm = static_cast<double>(bench.estimate->length_mm) * static_cast<double>(i) /
+                        (bench.estimate->point_count - 1);
+    const Eigen::Vector3d aside = FilterBench::aside(s_mm);
+    const double expected_mm = off_mm * aside.x();
+    if (s_mm > 340 || std::abs(aside.x()) < 0.7) continue;
+    const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3d>(bench.estimate->points[i].p_world_mm.data());
+    sum += aside.dot(p - arc_point(s_mm)) / expected_mm;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+// An image that shows the tube where it cannot have gone, by all that was learnt of its motion, shows a jerk.
+TEST(RecursiveEstimator, AJerkThatAnImageShowsIsFollowedAtOnce) {
+  FilterBench bench;
+  bench.measure_times(80);
+  ASSERT_LT(bench.rms_mm(), 2);
+  bench.image_off_mm = 5;
+  bench.show_image(std::chrono::milliseconds(50));
+  EXPECT_GT(followed_share(bench, 5), 0.65);
+}
+
 TEST(RecursiveEstimator, GoesOnWithCoilsAloneAndSaysThatImagesStopped) {
   FilterBench bench;
   bench.measure_times(40);

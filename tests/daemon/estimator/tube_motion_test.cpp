@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 namespace tubed {
@@ -80,6 +81,23 @@ TEST(TubeMotion, AtRestTheMeanStaysAndOnlyTheCovarianceGrows) {
   EXPECT_LT((C - before).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_GT(P(0, 0), 1.5);
   EXPECT_LT((P - P.transpose()).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(TubeMotion, AJerkLoosensTheTubeAroundItsPlaceAndNowhereElse) {
+  MovingTube tube(0);
+  const Eigen::MatrixXd before = tube.P;
+  tube.motion.loosen(100, 2, tube.P);
+  const Eigen::MatrixXd added = tube.P - before;
+  const auto at = [&](double s_mm) {
+    const auto i = static_cast<Eigen::Index>(std::lround(s_mm / tube.spline.spacing_mm())) + 1;
+    return added(3 * i, 3 * i);
+  };
+  EXPECT_GT(at(100), 2 * 1.5 * 1.5) << "1.5 mm a root second, two seconds";
+  EXPECT_GT(at(100), 20 * at(150));
+  EXPECT_LT(at(250), 1e-6);
+  EXPECT_LT((added - added.transpose()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(tube.P).eigenvalues().minCoeff(), 0.99);
+  EXPECT_EQ(added.bottomRightCorner(3, 3).norm(), 0) << "its speed stays";
 }
 
 // What is known of a direction of the tube is known of the same piece of tube after it has slid.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "daemon/image/frangi.hpp"
@@ -86,6 +87,95 @@ TEST(TubeEnd, IsUnknownOutsideTheImageAndForAnImageWithoutRidges) {
   EXPECT_FALSE(find_tube_end(image, path_from(-100, -140), height_of(image)));
   EXPECT_FALSE(find_tube_end(image, path_from(80, 40), 0));
   EXPECT_FALSE(find_tube_end(image, {}, height_of(image)));
+}
+
+void add_noise(double sigma, std::uint32_t seed, ImageMeasurement& image) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0, static_cast<float>(sigma));
+  for (float& grey : image.grey) grey += noise(random);
+  FrangiFilter filter(kWidth, kHeight, FrangiSettings{});
+  filter.filter(image.grey, image.vesselness);
+}
+
+std::optional<TubeEnd> sharp_end(const ImageMeasurement& image) {
+  const auto path = path_from(80, 40);
+  const auto end = find_tube_end(image, path, height_of(image));
+  return end ? sharpened(*end, image, path, 1.9) : std::nullopt;
+}
+
+TEST(SharpTubeEnd, IsWhereTheGreyIsHalfOfTheTubes) {
+  for (const double darker_tip : {1.0, 3.0}) {
+    for (const double end_x : {60.0, 60.3, 60.5, 60.8}) {
+      const auto end = sharp_end(bar_ending_at(end_x, darker_tip));
+      ASSERT_TRUE(end) << end_x;
+      EXPECT_NEAR(80 - end->place, end_x, 0.2) << darker_tip;
+      EXPECT_LT(end->variance, 0.25) << darker_tip;
+    }
+  }
+}
+
+TEST(SharpTubeEnd, OfABrightTubeIsFoundAsWell) {
+  ImageMeasurement image = bar_ending_at(60.3);
+  for (float& grey : image.grey) grey = 256 - grey;
+  image.polarity = RidgePolarity::kBright;
+  const auto end = sharpened({21, 4}, image, path_from(80, 40), 1.9);
+  ASSERT_TRUE(end);
+  EXPECT_NEAR(80 - end->place, 60.3, 0.2);
+}
+
+TEST(SharpTubeEnd, IsAsFarOffAsItsVarianceSays) {
+  constexpr int kDraws = 300;
+  int found = 0;
+  double squares = 0, off_px = 0;
+  for (std::uint32_t seed = 1; seed <= kDraws; ++seed) {
+    ImageMeasurement image = bar_ending_at(60.3);
+    add_noise(5, seed, image);
+    const auto end = sharp_end(image);
+    if (!end) continue;
+    ++found;
+    off_px += 80 - end->place - 60.3;
+    squares += std::pow(80 - end->place - 60.3, 2) / end->variance;
+  }
+  ASSERT_GT(found, kDraws / 2);
+  EXPECT_LT(std::abs(off_px / found), 0.3);
+  EXPECT_LT(squares / found, 2);
+  EXPECT_GT(squares / found, 0.2);
+}
+
+TEST(SharpTubeEnd, IsUnknownInNoiseAndAtTheEndsOfThePath) {
+  ImageMeasurement image = bar_ending_at(-20);
+  add_noise(5, 1, image);
+  EXPECT_FALSE(sharpened({20, 4}, image, path_from(80, 40), 1.9));
+  const ImageMeasurement bar = bar_ending_at(60);
+  for (const double place : {3.0, 38.0}) {
+    EXPECT_FALSE(sharpened({place, 4}, bar, path_from(80, 40), 1.9)) << place;
+  }
+}
+
+TEST(EndPath, GoesOnStraightBeyondTheTipAndFollowsTheTubeBehindIt) {
+  // A quarter of a circle of 20 px, 2 mm and 3 px from one point to the next.
+  std::vector<Eigen::Vector2d> found_px;
+  for (int i = 0; i < 12; ++i) {
+    found_px.emplace_back(50 + 20 * std::cos(0.15 * i), 50 + 20 * std::sin(0.15 * i));
+  }
+  const auto path = EndPath::over(found_px, 2, 15);
+  ASSERT_TRUE(path);
+  const auto points_px = path->points_px();
+  for (std::size_t k = 1; k < points_px.size(); ++k) {
+    EXPECT_NEAR((points_px[k] - points_px[k - 1]).norm(), 1, 0.03) << k;
+  }
+  EXPECT_EQ(points_px[15], found_px[0]);
+  EXPECT_NEAR((points_px[0] - found_px[0] - 15 * path->outward()).norm(), 0, 1e-9);
+  EXPECT_LT(path->outward().y(), -0.9);
+  EXPECT_NEAR((points_px.back() - Eigen::Vector2d(50, 50)).norm(), 20, 0.2);
+  EXPECT_EQ(path->at(15), found_px[0]);
+  EXPECT_EQ(path->at(20.5), (points_px[20] + points_px[21]) / 2);
+}
+
+TEST(EndPath, ThereIsNoneOfATipThatPointsAtTheSource) {
+  const std::vector<Eigen::Vector2d> found_px{{50, 50}, {50.3, 50}, {50.6, 50}, {50.9, 50}};
+  EXPECT_FALSE(EndPath::over(found_px, 2, 15));
+  EXPECT_TRUE(EndPath::over(found_px, 1, 15));
 }
 
 }  // namespace
