@@ -63,7 +63,7 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
     const TubeViews::Surprise surprise = views_.surprise(observation.instant);
-    if (jerk == Jerk::kAsked && reach == kFirstReach_px && surprise.chi2 > kJerk &&
+    if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px && surprise.chi2 > kJerk &&
         static_cast<double>(estimate.image_inlier_ratio) >= SingleFrameSolver::kDoubtfulAgreeing) {
       outcome.jerk_at_mm = surprise.s_mm;
       return outcome;

@@ -34,7 +34,8 @@ class ImageUpdate {
   struct Outcome {
     ImageVerdict verdict = ImageVerdict::kNone;
     std::span<const ViewConstraints> lines;  ///< that were taken in; valid until the views are asked again
-    /// A stretch of the tube lies further beside its prediction than it can be wrong: nothing was taken in.
+    /// A stretch of the tube, whose tip coils hold, lies further beside its prediction than it can be wrong:
+    /// nothing was taken in.
     std::optional<double> jerk_at_mm{};
     bool numerically_lost = false;  ///< the covariance is not positive definite: begin again
     double interval_s = 0;          ///< since an image showed the tube before

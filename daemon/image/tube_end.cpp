@@ -85,6 +85,13 @@ StepFit fit_step(const StepWindow& seen, double place) {
   return {cc - c * c / count - together * together / spread, together / spread};
 }
 
+/// Is all that contrast_at() reads in the image?
+bool has_sides_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, double half_width_px) {
+  const double reach_px = half_width_px + kBeyondSide_px + 1;
+  return (p_px.array() > reach_px).all() && p_px.x() + reach_px < image.width - 1 &&
+         p_px.y() + reach_px < image.height - 1;
+}
+
 /// How much darker than its sides the tube is there.
 double contrast_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, const Eigen::Vector2d& along,
                    double half_width_px) {
@@ -188,6 +195,7 @@ std::optional<TubeEnd> sharpened(const TubeEnd& end, const ImageMeasurement& ima
   for (std::ptrdiff_t k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(first + k);
     const Eigen::Vector2d along = (path_px[i + 1] - path_px[i - 1]).normalized();
+    if (!has_sides_at(image, path_px[i], half_width_px)) return std::nullopt;
     seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px);
     mean += seen[static_cast<std::size_t>(k)] / static_cast<double>(count);
   }

@@ -152,6 +152,14 @@ TEST(SharpTubeEnd, IsUnknownInNoiseAndAtTheEndsOfThePath) {
   }
 }
 
+// Beyond the border there is no grey, and no step either.
+TEST(SharpTubeEnd, IsUnknownAlongTheImagesBorder) {
+  const ImageMeasurement image = bar_ending_at(20);
+  std::vector<Eigen::Vector2d> path_px;
+  for (int k = 0; k <= 40; ++k) path_px.emplace_back(80 - 0.95 * k, 0.3 * k - 1);
+  EXPECT_FALSE(sharpened({20, 4}, image, path_px, 1.9));
+}
+
 TEST(EndPath, GoesOnStraightBeyondTheTipAndFollowsTheTubeBehindIt) {
   // A quarter of a circle of 20 px, 2 mm and 3 px from one point to the next.
   std::vector<Eigen::Vector2d> found_px;
