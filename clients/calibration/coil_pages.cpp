@@ -184,7 +184,7 @@ std::string page_of(const MovingNoise& noise, const FieldError* field,
   ReportPage page = begin("Noise of moving coils", fragment);
   page.verdict(noise.remarks.empty() ? ReportVerdict::kGood : ReportVerdict::kDoubtful,
                "White noise " + number("%.3f mm an axis", noise.position_mm) +
-                   (noise.remarks.empty() ? ", the same slow and fast." : "; see the remarks."));
+                   (noise.remarks.empty() ? ", as much while slow as while fast." : "; see the remarks."));
   std::vector<std::vector<std::string>> rows;
   std::vector<Bar> halves;
   for (const MovingCoil& coil : noise.coils) {

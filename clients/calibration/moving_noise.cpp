@@ -97,11 +97,12 @@ MovingCoil moving_coil(std::vector<Difference> differences, int sensor) {
 }
 
 void remark(const MovingCoil& coil, std::vector<std::string>& remarks) {
-  if (coil.slow_noise_mm > 0 &&
-      std::log(coil.fast_noise_mm / coil.slow_noise_mm) > kNotedSigmas * coil.ratio_sigma) {
+  // Exactly none: stuck.
+  const double ratio = coil.slow_noise_mm > 0 ? std::log(coil.fast_noise_mm / coil.slow_noise_mm) : 0;
+  if (std::abs(ratio) > kNotedSigmas * coil.ratio_sigma) {
     remarks.push_back(
         formatted("sensor %d shakes by %.3f mm an axis while it moves by less than %.0f mm/s, and by %.3f mm "
-                  "while it is faster",
+                  "while it is faster: the tracker, or the hand that moves it",
                   coil.sensor, coil.slow_noise_mm, coil.median_mm_s, coil.fast_noise_mm));
   }
 }
@@ -141,8 +142,7 @@ MovingNoise measure_moving(const CoilRecording& recording) {
   }
   if (fastest_mm_s < kMoves_mm_s) {
     noise.remarks.push_back(
-        formatted("the coils moved by %.1f mm/s at most: this is the noise of still coils, for which "
-                  "`tubectl calibrate "
+        formatted("half of the time no coil moved by more than %.1f mm/s: for still coils `tubectl calibrate "
                   "noise` without --moving tells more",
                   fastest_mm_s));
   }

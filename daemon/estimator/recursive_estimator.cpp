@@ -237,8 +237,10 @@ ImageVerdict RecursiveEstimator::update_image(const Observation& observation, co
       image_update_.apply(observation, coils, ImageUpdate::Jerk::kAsked, state_, estimate);
   if (outcome.jerk_at_mm) {
     const double interval_s = seconds_between(state_.images.confirmed, observation.instant);
+    before_update_.tube.P = state_.tube.P;
     motion_.loosen(*outcome.jerk_at_mm, std::clamp(interval_s, 0.0, kMaxJerk_s), state_);
     outcome = image_update_.apply(observation, coils, ImageUpdate::Jerk::kAllowedFor, state_, estimate);
+    if (outcome.verdict != ImageVerdict::kShowsTube) state_.tube.P = before_update_.tube.P;
   }
   if (outcome.numerically_lost) {
     state_.begun = false;

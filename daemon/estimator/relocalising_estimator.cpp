@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/estimator/preshaped_estimator.hpp"
 #include "daemon/estimator/report.hpp"
 
 namespace tubed {
@@ -38,6 +39,10 @@ RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
     : inside_(std::move(inside)),
       coils_(with_mode(settings, EstimatorMode::kEm), instrument, room),
       by_coils_(std::make_unique<TubeEstimate>()),
+      tips_are_straight_(
+          instrument.rest_shape == RestShape::kStraight ||
+          PreshapedEstimator::settings_for_hooks(settings, instrument.length_mm).coefficient_count !=
+              settings.coefficient_count),
       cameras_(room.cameras) {
   for (std::size_t v = 0; v < room.cameras.size(); ++v) {
     views_.push_back(std::make_unique<ViewRelocaliser>(settings, instrument, room, v));
@@ -46,6 +51,7 @@ RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
 
 void RelocalisingEstimator::reset() noexcept {
   inside_->reset();
+  coils_.reset();
   for (const auto& view : views_) view->forget();
   lent_ = {};
 }
@@ -89,14 +95,22 @@ void RelocalisingEstimator::estimate(const Observation& observation, TubeEstimat
   }
 }
 
-// Coils alone take every tip for straight: not where a hook is in use.
+// Not where a hook may be in use, since coils alone take every tip for straight, nor where coils alone
+// believe others than the estimate does.
 void RelocalisingEstimator::refine(std::size_t view, const Observation& observation,
                                    const TubeEstimate& estimate) {
+  const MonotonicTime exposure = observation.moved[view].image->exposure;
+  if (!tips_are_straight_ || !uses(estimate, view, exposure) ||
+      estimate.reasons.has(Reason::kImageLostTube)) {
+    return;
+  }
   Observation without_images = observation;
   without_images.images = {};
   coils_.estimate(without_images, *by_coils_);
-  if (by_coils_->coefficient_count == estimate.coefficient_count) {
-    views_[view]->refine(observation.moved[view], *by_coils_);
+  const auto left_out = [](const TubeEstimate& of) { return of.reasons.has(Reason::kCoilOutlier); };
+  if (by_coils_->coefficient_count == estimate.coefficient_count &&
+      left_out(*by_coils_) == left_out(estimate)) {
+    views_[view]->refine(observation.moved[view], estimate, *by_coils_);
   }
 }
 

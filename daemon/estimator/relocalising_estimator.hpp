@@ -44,6 +44,7 @@ class RelocalisingEstimator final : public Estimator {
   std::unique_ptr<Estimator> inside_;
   SingleFrameEstimator coils_;              ///< what a pose in use is held against
   std::unique_ptr<TubeEstimate> by_coils_;  ///< what it writes
+  bool tips_are_straight_;  ///< or, where they are not, a shape says so by its number of coefficients
   std::vector<CameraCalibration> cameras_;
   std::vector<std::unique_ptr<ViewRelocaliser>> views_;
   std::array<Lent, kMaxCameras> lent_;  ///< the newest of each camera

@@ -17,6 +17,7 @@ namespace {
 constexpr int kMinLinesNotByChance = 40;
 constexpr int kMinLines = 10;              // with fewer lines in view an image says nothing
 constexpr double kMinFound = 0.5;          // share of the lines without which a round finds nothing
+constexpr double kMinSurprising = 0.78;    // share of the lines of a view that may surprise
 constexpr double kEndPiece_mm = 16;        // its last piece, that may be seen or missed
 constexpr int kMinTipLines = 4;            // in view, to say which
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
@@ -223,7 +224,8 @@ TubeViews::Surprise TubeViews::surprise_here() const {
 TubeViews::Surprise TubeViews::surprise(MonotonicTime instant) const {
   Surprise greatest;
   for (const View& view : views_) {
-    if (view.exposure == instant && view.surprise.chi2 > greatest.chi2) greatest = view.surprise;
+    const bool is_shown = view.exposure == instant && view.inlier_ratio >= kMinSurprising;
+    if (is_shown && view.surprise.chi2 > greatest.chi2) greatest = view.surprise;
   }
   return greatest;
 }
@@ -289,7 +291,7 @@ double TubeViews::variance_of_end(const TubeEnd& end, bool tip_is_held) const {
 }
 
 // Something that crosses the tube may look like its end: errors are distributed as Student's t with three
-// degrees of freedom, about where the tip was expected.
+// degrees of freedom, about where the shape of this round has it.
 double TubeViews::variance_of_sharp_end(const TubeEnd& end, bool tip_is_held) const {
   constexpr double kFreedom = 3;
   const double variance = end.variance + squared(kSigmaSharpEnd_px);

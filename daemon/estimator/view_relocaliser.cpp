@@ -34,11 +34,9 @@ constexpr double kMagnification = 0.01;  // standard deviation of what the backg
 constexpr double kMinZoom = 0.03;
 constexpr double kBackgroundTells = 10;  // log odds
 // What an image says.
-constexpr double kShare_mm = 40;         // of the tube, within which the shape's error is one
-constexpr double kOtherPlace_mm = 20;    // by which it goes until its error is another one
-constexpr double kMinNews = 0.02;        // as which an image counts that shows the tube where it was
-constexpr double kWorthwhileNews = 0.1;  // less is waited for
-constexpr double kNotFound = -12;        // log evidence of an image in which the tube is not found
+constexpr double kShare_mm = 40;   // of the tube, within which the shape's error is one
+constexpr double kMinNews = 0.02;  // as which an image counts that shows the tube where it was
+constexpr double kNotFound = -12;  // log evidence of an image in which the tube is not found
 constexpr int kMinLines = 25;
 constexpr double kMinAgreeing = 0.6;
 constexpr int kIterations = 4;
@@ -104,6 +102,7 @@ ViewRelocaliser::ViewRelocaliser(const EstimatorSettings& settings, const Instru
       points_mm_(3, layout_.count),
       covariance_(static_cast<std::size_t>(layout_.count)) {
   for (Hypothesis& hypothesis : hypotheses_) hypothesis.points_used_mm.resize(3, layout_.count);
+  for (Eigen::Matrix3Xd& place_mm : refined_at_mm_) place_mm.resize(3, layout_.count);
 }
 
 void ViewRelocaliser::forget() {
@@ -210,6 +209,7 @@ bool ViewRelocaliser::take_shape(const TubeEstimate& shape) {
     const double place = std::round(layout_.s_mm(i) / static_cast<double>(shape.length_mm) * last_point);
     const auto point = static_cast<std::size_t>(std::clamp(place, 0.0, last_point));
     covariance_[static_cast<std::size_t>(i)] = symmetric(shape.points[point].covariance_mm2);
+    if (!covariance_[static_cast<std::size_t>(i)].allFinite()) return false;
   }
   return true;
 }
@@ -225,23 +225,11 @@ void ViewRelocaliser::observe(const MovedImage& moved, const TubeEstimate& shape
   choose(moved.image->exposure);
 }
 
-// 1: the tube is where no image has shown it yet.
-double ViewRelocaliser::news_for(const Hypothesis& hypothesis) const {
-  if (!hypothesis.has_used) return 1;
-  return std::min(1.0, (points_mm_ - hypothesis.points_used_mm).colwise().norm().mean() / kOtherPlace_mm);
-}
-
-void ViewRelocaliser::refine(const MovedImage& moved, const TubeEstimate& shape) {
-  if (state_ != State::kFound || !moved.has_settled || !take_shape(shape)) return;
-  Hypothesis& hypothesis = hypotheses_[likeliest_];
-  if (news_for(hypothesis) < kWorthwhileNews) return;
-  correct(moved, hypothesis);
-  pose_ = hypothesis.pose;
-  note_sigma();
-}
-
 void ViewRelocaliser::correct(const MovedImage& moved, Hypothesis& hypothesis) {
-  const double news = news_for(hypothesis);
+  correct(moved, news_for(hypothesis), hypothesis);
+}
+
+void ViewRelocaliser::correct(const MovedImage& moved, double news, Hypothesis& hypothesis) {
   const Match found = match(moved, hypothesis.pose, std::max(news, kMinNews));
   const bool is_worthwhile = !has_settled_ || news >= kWorthwhileNews;
   if (is_worthwhile) hypothesis.log_evidence += found.is_found ? found.log_evidence : kNotFound;
@@ -265,6 +253,7 @@ void ViewRelocaliser::choose(MonotonicTime exposure) {
   if (state_ == State::kLost && has_settled_ && better.good >= kGoodInARow && sigma_across_mm_ < kUse_mm &&
       is_decided(better)) {
     state_ = State::kFound;
+    refined_ = 0;
     bad_since_ = last_use_ = exposure;
   }
 }

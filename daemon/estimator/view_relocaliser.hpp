@@ -46,9 +46,10 @@ class ViewRelocaliser {
   /// Before an image is used: does the pose still hold? False when it moved again.
   bool holds(const MovedImage& moved);
 
-  /// An image that was used: once found a pose gets better with every place the tube goes to. `shape`: of its
-  /// instant, by coils alone, since one that images led would agree with the pose that they were shown with.
-  void refine(const MovedImage& moved, const TubeEstimate& shape);
+  /// An image that was used for `estimate`: once found a pose gets better with every place the tube goes to.
+  /// `by_coils`: the shape of that instant by coils alone, since one that images led would agree with the
+  /// pose that they were shown with.
+  void refine(const MovedImage& moved, const TubeEstimate& estimate, const TubeEstimate& by_coils);
 
   /// `image` was shown with pose() to the estimator that made that estimate.
   void judge_use(const ImageMeasurement& image, const TubeEstimate& estimate);
@@ -94,7 +95,9 @@ class ViewRelocaliser {
   void suppose();
   void move_on(double dt_s);
   void correct(const MovedImage& moved, Hypothesis& hypothesis);
+  void correct(const MovedImage& moved, double news, Hypothesis& hypothesis);
   [[nodiscard]] double news_for(const Hypothesis& hypothesis) const;
+  [[nodiscard]] double news_for_refinement() const;
   void choose(MonotonicTime exposure);
   [[nodiscard]] bool is_decided(const Hypothesis& better) const;
   [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news);
@@ -120,8 +123,13 @@ class ViewRelocaliser {
   std::vector<Eigen::Matrix3d> covariance_;  ///< of each of them, mm^2
   State state_ = State::kGiven;
   std::array<Hypothesis, kMoves> hypotheses_;
-  std::size_t likeliest_ = 0;  ///< of them
-  ViewPose pose_;              ///< of the likeliest one, against the coils as registered
+  std::size_t likeliest_ = 0;                     ///< of them
+  static constexpr double kOtherPlace_mm = 20;    ///< by which it goes until its error is another one
+  static constexpr double kWorthwhileNews = 0.1;  ///< less is waited for
+  static constexpr std::size_t kPlaces = 16;
+  std::array<Eigen::Matrix3Xd, kPlaces> refined_at_mm_;  ///< where the tube was when its pose was refined
+  std::size_t refined_ = 0;                              ///< how often that was
+  ViewPose pose_;  ///< of the likeliest one, against the coils as registered
   std::uint32_t moves_ = 0;
   bool has_settled_ = false;
   MonotonicTime last_{};

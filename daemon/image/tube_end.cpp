@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <tuple>
 
 #include "daemon/image/sample_vesselness.hpp"
 
@@ -68,6 +70,11 @@ struct StepFit {
 
 using StepWindow = std::array<double, kStepOutside + kStepInside + 1>;
 
+// Three samples on either side tell the levels.
+constexpr double kMargin = 2.5;
+constexpr auto kPlaces =
+    static_cast<std::size_t>((kStepOutside + kStepInside - 2 * kMargin) / kStepPlace) + 1;
+
 /// c_k = b + h Phi((k - place) / kBlur).
 StepFit fit_step(const StepWindow& seen, double place) {
   const auto count = static_cast<double>(seen.size());
@@ -122,6 +129,52 @@ TubeEnd posterior_of(const std::array<double, kCount>& squares, double least, do
   return {mean, std::max(0.0, second_moment / sum - mean * mean)};
 }
 
+/// Of the samples from `first` on; nothing where not all of it is in the image, or on the path.
+std::optional<StepWindow> contrast_along(const ImageMeasurement& image,
+                                         std::span<const Eigen::Vector2d> path_px, std::ptrdiff_t first,
+                                         double half_width_px) {
+  StepWindow seen{};
+  const auto count = static_cast<std::ptrdiff_t>(seen.size());
+  if (first < 1 || first + count >= static_cast<std::ptrdiff_t>(path_px.size())) return std::nullopt;
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(first + k);
+    const Eigen::Vector2d along = (path_px[i + 1] - path_px[i - 1]).normalized();
+    if (!has_sides_at(image, path_px[i], half_width_px)) return std::nullopt;
+    seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px);
+  }
+  return seen;
+}
+
+/// The step that explains a window best.
+struct StepSearch {
+  explicit StepSearch(const StepWindow& seen) {
+    const double mean = std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+    for (const double value : seen) without_step += (value - mean) * (value - mean);
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      const StepFit fit = fit_step(seen, kMargin + static_cast<double>(i) * kStepPlace);
+      squares[i] = fit.step > 0 ? fit.squares : without_step;
+      if (i == 0 || squares[i] < squares[best]) {
+        best = i;
+        height = fit.step;
+      }
+    }
+  }
+
+  /// In samples from the window's first; nothing where none stands out of the noise.
+  [[nodiscard]] std::optional<TubeEnd> found() const {
+    constexpr auto kFreedom = static_cast<double>(std::tuple_size_v<StepWindow>) - 3;
+    const double variance =
+        std::max(kNeighbours * squares[best] / kFreedom, kMinNoise * kMinNoise * height * height);
+    if (!(without_step - squares[best] > kMinGain * variance)) return std::nullopt;
+    return posterior_of(squares, squares[best], variance, kMargin);
+  }
+
+  std::array<double, kPlaces> squares{};  ///< that are left with the step at each place
+  double without_step = 0;
+  double height = 0;  ///< of the best one
+  std::size_t best = 0;
+};
+
 }  // namespace
 
 std::optional<EndPath> EndPath::over(std::span<const Eigen::Vector2d> found_px, double spacing_mm,
@@ -166,7 +219,7 @@ std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<co
   const auto usual_height = static_cast<double>(ridge_height);
   const std::size_t coarse = compare(seen, count, usual_height, ends);
   const std::size_t best = compare(seen, count, height_behind(seen, count, coarse, usual_height), ends);
-  if (ends[best] - ends[0] < kBetterThanEnds || ends[best] - ends[count] < kBetterThanEnds) {
+  if (!(ends[best] - ends[0] >= kBetterThanEnds && ends[best] - ends[count] >= kBetterThanEnds)) {
     return std::nullopt;
   }
   double sum = 0;
@@ -185,39 +238,14 @@ std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<co
   return end;
 }
 
+// At the edge of its window a step may lie further on: it is there at least, and nearer than the ridge's end.
 std::optional<TubeEnd> sharpened(const TubeEnd& end, const ImageMeasurement& image,
                                  std::span<const Eigen::Vector2d> path_px, double half_width_px) {
   const auto first = static_cast<std::ptrdiff_t>(std::lround(end.place)) - kStepOutside;
-  StepWindow seen{};
-  const auto count = static_cast<std::ptrdiff_t>(seen.size());
-  if (first < 1 || first + count >= static_cast<std::ptrdiff_t>(path_px.size())) return std::nullopt;
-  double mean = 0;
-  for (std::ptrdiff_t k = 0; k < count; ++k) {
-    const auto i = static_cast<std::size_t>(first + k);
-    const Eigen::Vector2d along = (path_px[i + 1] - path_px[i - 1]).normalized();
-    if (!has_sides_at(image, path_px[i], half_width_px)) return std::nullopt;
-    seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px);
-    mean += seen[static_cast<std::size_t>(k)] / static_cast<double>(count);
-  }
-  double without_step = 0;
-  for (const double value : seen) without_step += (value - mean) * (value - mean);
-  // Three samples on either side tell the levels.
-  constexpr double kMargin = 2.5;
-  constexpr auto kPlaces =
-      static_cast<std::size_t>((kStepOutside + kStepInside - 2 * kMargin) / kStepPlace) + 1;
-  std::array<double, kPlaces> squares{};
-  std::size_t best = 0;
-  for (std::size_t i = 0; i < kPlaces; ++i) {
-    const StepFit fit = fit_step(seen, kMargin + static_cast<double>(i) * kStepPlace);
-    squares[i] = fit.step > 0 ? fit.squares : without_step;
-    if (squares[i] < squares[best]) best = i;
-  }
-  const double height = fit_step(seen, kMargin + static_cast<double>(best) * kStepPlace).step;
-  const double variance = std::max(kNeighbours * squares[best] / static_cast<double>(count - 3),
-                                   kMinNoise * kMinNoise * height * height);
-  if (!(without_step - squares[best] > kMinGain * variance)) return std::nullopt;
-  TubeEnd step = posterior_of(squares, squares[best], variance, kMargin);
-  step.place += static_cast<double>(first);
+  const auto seen = contrast_along(image, path_px, first, half_width_px);
+  if (!seen) return std::nullopt;
+  auto step = StepSearch(*seen).found();
+  if (step) step->place += static_cast<double>(first);
   return step;
 }
 
