@@ -17,7 +17,7 @@ constexpr double kSameFocal = 1e-6;  // relative
 
 double rounded(double value, double scale) { return std::round(value * scale) / scale; }
 
-std::vector<double> list_of(const std::array<float, 3>& values, double unit) {
+std::vector<double> rounded_list(const std::array<float, 3>& values, double unit) {
   std::vector<double> list;
   for (const float value : values) list.push_back(rounded(static_cast<double>(value) / unit, 1e4));
   return list;
@@ -82,8 +82,8 @@ ConfigurationFragment fragment_of(const FoundView& found) {
   Eigen::Matrix4d T =
       Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(view.T_camera_world.data());
   for (double& entry : T.reshaped()) entry = rounded(entry, 1e9);
-  const auto sigma_mm = list_of(view.sigma_translation_mm, 1);
-  const auto sigma_deg = list_of(view.sigma_rotation_rad, kDegree);
+  const auto sigma_mm = rounded_list(view.sigma_translation_mm, 1);
+  const auto sigma_deg = rounded_list(view.sigma_rotation_rad, kDegree);
   fragment.remarks.push_back(
       formatted("found from coils and images after a move that no pose announced: known to %.1f mm an axis "
                 "across the view",

@@ -23,9 +23,6 @@ constexpr int kMinTipLines = 4;            // in view, to say which
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;       // of an end by the ridge filter beside its own variance
-constexpr double kSigmaSharpEnd_px = 1.0;  // of one by the greys
-constexpr double kSharpEndTemper = 4;      // of its variance: the next image shows the same end
-constexpr double kExpectedEnd_px = 4.0;    // how well it is expected
 constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
 constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 
@@ -275,12 +272,9 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
   }
   const auto ridge_end = find_tube_end(image, path->points_px(), ridge_height);
   if (!ridge_end) return;
-  const auto sharp_end = sharpened(*ridge_end, image, path->points_px(), lines_[0].half_width_px);
-  const TubeEnd& end = sharp_end ? *sharp_end : *ridge_end;
-  view.measured[static_cast<std::size_t>(view.count++)] = {
-      0, path->at(end.place), path->outward(),
-      sharp_end && search.holds_along ? variance_of_sharp_end(end, search.tip_is_held)
-                                      : variance_of_end(end, search.tip_is_held)};
+  const TubeEnd& end = *ridge_end;
+  view.measured[static_cast<std::size_t>(view.count++)] = {0, path->at(end.place), path->outward(),
+                                                           variance_of_end(end, search.tip_is_held)};
 }
 
 // Where no coil says where the tube is along itself as well, its end counts for what it is. Otherwise a shape
@@ -288,15 +282,6 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
 // likely one.
 double TubeViews::variance_of_end(const TubeEnd& end, bool tip_is_held) const {
   return (end.variance + squared(kSigmaEnd_px)) * (tip_is_held ? settings_.image_temper : 1);
-}
-
-// Something that crosses the tube may look like its end: errors are distributed as Student's t with three
-// degrees of freedom, about where the shape of this round has it.
-double TubeViews::variance_of_sharp_end(const TubeEnd& end, bool tip_is_held) const {
-  constexpr double kFreedom = 3;
-  const double variance = end.variance + squared(kSigmaSharpEnd_px);
-  const double off = squared(end.place - kEndOutside_px) / (variance + squared(kExpectedEnd_px));
-  return variance * (tip_is_held ? kSharpEndTemper : 1) * (kFreedom + off) / (kFreedom + 1);
 }
 
 bool TubeViews::takes_part(const View& view, const Observation& observation) {

@@ -32,9 +32,8 @@ struct TubeSearch {
   int reach_px;             ///< to either side of its projection
   bool tip_is_held = true;  ///< by a coil: where its end is in the image matters less
   double from_mm = 0;       ///< arc length from the tip: nothing before it is looked for
-  /// What holds the tube along itself counts in full: marks, and its end. Not where shapes are compared by
-  /// their cost, or it is asked how far an image pulls coils: a mark or an end that is found on one shape and
-  /// not on the other, or a wrong arc length, would decide.
+  /// Marks as well. Not where shapes are compared by their cost, or it is asked how far an image pulls coils:
+  /// a mark that is found on one shape and not on the other, or a wrong arc length, would decide.
   bool holds_along = false;
   /// Which of two ridges side by side is the tube's, it decides; nullptr: the image alone does.
   const TubePrediction* prediction = nullptr;
@@ -154,7 +153,6 @@ class TubeViews {
   void measure_marks(const ImageMeasurement& image, View& view);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height, const TubeSearch& search);
   [[nodiscard]] double variance_of_end(const TubeEnd& end, bool tip_is_held) const;
-  [[nodiscard]] double variance_of_sharp_end(const TubeEnd& end, bool tip_is_held) const;
 
   EstimatorSettings settings_;
   std::vector<View> views_;
