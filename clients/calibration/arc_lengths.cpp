@@ -1,13 +1,13 @@
 #include "clients/calibration/arc_lengths.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "clients/calibration/coil_recording.hpp"
 #include "clients/calibration/formatted.hpp"
+#include "clients/calibration/median.hpp"
 #include "clients/calibration/tube_sightings.hpp"
 #include "daemon/estimator/room_errors.hpp"
 #include "idl/geometry/camera.hpp"
@@ -40,12 +40,6 @@ struct Summary {
   double sigma_mm = 0;    ///< of the median, from how places differ
   double scatter_mm = 0;  ///< of one measurement
 };
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double deviation_of(const std::vector<double>& values, double about) {
   double sum = 0;

@@ -5,6 +5,7 @@
 
 #include "clients/calibration/coil_series.hpp"
 #include "clients/calibration/formatted.hpp"
+#include "clients/calibration/median.hpp"
 #include "idl/geometry/squared.hpp"
 
 namespace tubed {
@@ -27,12 +28,6 @@ struct Difference {
   Eigen::Vector3d tangent;
   double speed_mm_s;
 };
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double usual_period_s(const CoilSeries& series) {
   std::vector<double> periods_s;

@@ -13,6 +13,7 @@
 #include <random>
 
 #include "clients/calibration/formatted.hpp"
+#include "clients/calibration/median.hpp"
 #include "clients/calibration/tail_probability.hpp"
 
 namespace tubed {
@@ -71,12 +72,6 @@ Indices all_of(const Poses& poses) {
   Indices all(poses.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   return all;
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Least median of squares over random samples: Rousseeuw, "Least median of squares regression", JASA 79

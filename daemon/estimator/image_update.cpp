@@ -62,11 +62,12 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
                             {reach, loose_mm == 0, 0, true, &prediction}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
-    const TubeViews::Surprise surprise = views_.surprise(observation.instant);
-    if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px && surprise.chi2 > kJerk &&
-        static_cast<double>(estimate.image_inlier_ratio) >= SingleFrameSolver::kDoubtfulAgreeing) {
-      outcome.jerk_at_mm = surprise.s_mm;
-      return outcome;
+    if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px) {
+      const TubeViews::Surprise surprise = views_.surprise(observation.instant);
+      if (surprise.chi2 > kJerk) {
+        outcome.jerk_at_mm = surprise.s_mm;
+        return outcome;
+      }
     }
     estimate.iterations += coefficients_.refine(lines);
   }

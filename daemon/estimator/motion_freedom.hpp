@@ -12,7 +12,7 @@ namespace tubed {
 /// held instead.
 class MotionFreedom {
  public:
-  static constexpr double kFreedomOfAJerk = 20;
+  static constexpr double kFreedomOfAJerk = 20;  ///< factor on the variance of the sideways motion
 
   /// As it is learnt.
   [[nodiscard]] double learnt() const { return learnt_; }

@@ -5,6 +5,7 @@
 
 #include "daemon/image/measured_view.hpp"
 #include "daemon/image/predicted_lines.hpp"
+#include "daemon/image/tube_end.hpp"
 #include "daemon/image/vesselness_meter.hpp"
 #include "idl/geometry/image_mask.hpp"
 #include "idl/geometry/squared.hpp"
@@ -22,7 +23,7 @@ constexpr double kEndPiece_mm = 16;        // its last piece, that may be seen o
 constexpr int kMinTipLines = 4;            // in view, to say which
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
-constexpr double kSigmaEnd_px = 3.0;       // of an end by the ridge filter beside its own variance
+constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
 constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
 constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 
@@ -156,7 +157,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = outcome.inlier_ratio;
   view.misses_tip = misses_tip_here();
   view.unseen_at_tip = unseen_here();
-  view.surprise = surprise_here();
+  if (search.prediction != nullptr) view.surprise = surprise_here();
   if (view.inlier_ratio < kMinFound) {
     return;
   }
@@ -170,10 +171,10 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
           layout_.s_mm(i), line.base_px + line.offset_px * line.normal, line.normal, variance};
     }
   }
-  if (search.holds_along) {
+  if (search.asks_marks) {
     measure_marks(image, view);
   }
-  measure_end(image, view, outcome.ridge_height, search);
+  measure_end(image, view, outcome.ridge_height, search.tip_is_held);
 }
 
 std::optional<bool> TubeViews::misses_tip_here() const {
@@ -254,9 +255,10 @@ bool TubeViews::misses_tip(MonotonicTime instant) const {
   return misses;
 }
 
-// The lines say where the tube is across itself only; where its tip ends says where it is along itself.
-void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height,
-                            const TubeSearch& search) {
+// The lines say where the tube is across itself only; where its tip ends says where it is along itself. Where
+// no coil says that as well it counts for what it is. Otherwise a shape that stops short of the tube's end,
+// bends less and is steep for the rest of its length would be the more likely one.
+void TubeViews::measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held) {
   std::array<Eigen::Vector2d, kEndInside> found_px;
   for (int i = 0; i < kEndInside; ++i) {
     if (i >= layout_.count || !lines_[static_cast<std::size_t>(i)].in_view) return;
@@ -270,18 +272,11 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
                           [&](const Eigen::Vector2d& p_px) { return is_masked(camera, p_px); })) {
     return;  // a tube that goes behind a mask does not end there
   }
-  const auto ridge_end = find_tube_end(image, path->points_px(), ridge_height);
-  if (!ridge_end) return;
-  const TubeEnd& end = *ridge_end;
-  view.measured[static_cast<std::size_t>(view.count++)] = {0, path->at(end.place), path->outward(),
-                                                           variance_of_end(end, search.tip_is_held)};
-}
-
-// Where no coil says where the tube is along itself as well, its end counts for what it is. Otherwise a shape
-// that stops short of the tube's end, bends less and is steep for the rest of its length would be the more
-// likely one.
-double TubeViews::variance_of_end(const TubeEnd& end, bool tip_is_held) const {
-  return (end.variance + squared(kSigmaEnd_px)) * (tip_is_held ? settings_.image_temper : 1);
+  const auto end = find_tube_end(image, path->points_px(), ridge_height);
+  if (!end) return;
+  view.measured[static_cast<std::size_t>(view.count++)] = {
+      0, path->at(end->place), path->outward(),
+      (end->variance + squared(kSigmaEnd_px)) * (tip_is_held ? settings_.image_temper : 1)};
 }
 
 bool TubeViews::takes_part(const View& view, const Observation& observation) {

@@ -14,7 +14,6 @@
 #include "daemon/image/predicted_lines.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/seen_tube.hpp"
-#include "daemon/image/tube_end.hpp"
 
 namespace tubed {
 
@@ -32,9 +31,9 @@ struct TubeSearch {
   int reach_px;             ///< to either side of its projection
   bool tip_is_held = true;  ///< by a coil: where its end is in the image matters less
   double from_mm = 0;       ///< arc length from the tip: nothing before it is looked for
-  /// Marks as well. Not where shapes are compared by their cost, or it is asked how far an image pulls coils:
-  /// a mark that is found on one shape and not on the other, or a wrong arc length, would decide.
-  bool holds_along = false;
+  /// Marks as well. Not by who compares shapes by their cost, or asks how far an image pulls coils: a mark
+  /// that is found on one of them and not on the other, or a wrong arc length, would decide.
+  bool asks_marks = false;
   /// Which of two ridges side by side is the tube's, it decides; nullptr: the image alone does.
   const TubePrediction* prediction = nullptr;
 };
@@ -151,8 +150,7 @@ class TubeViews {
   [[nodiscard]] Eigen::Vector2d found_px(double s_mm) const;
   bool read_darkness(const ImageMeasurement& image);
   void measure_marks(const ImageMeasurement& image, View& view);
-  void measure_end(const ImageMeasurement& image, View& view, float ridge_height, const TubeSearch& search);
-  [[nodiscard]] double variance_of_end(const TubeEnd& end, bool tip_is_held) const;
+  void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 
   EstimatorSettings settings_;
   std::vector<View> views_;

@@ -173,7 +173,7 @@ TEST(AreaPrediction, BandsGiveTheEstimatesOfWholeImagesThroughASnapAndALoss) {
   EXPECT_TRUE(band.estimates[kGoneFrom].reasons.has(Reason::kImageLostTube));
   EXPECT_EQ(band.estimates[kSnapAt - 2].validity, Validity::kValid);
   EXPECT_EQ(band.estimates[kImages - 1].validity, Validity::kValid);
-  EXPECT_LT(across_view_mm(band, kSnapAt - 2), 1.25);  // at equal arc length: the blobs end beyond s = 0
+  EXPECT_LT(across_view_mm(band, kSnapAt - 2), 1.0);
   EXPECT_LT(across_view_mm(band, kGoneFrom - 2), 1.0);
   EXPECT_LT(across_view_mm(band, kImages - 1), 1.0);
 }
