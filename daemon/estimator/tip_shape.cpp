@@ -32,6 +32,12 @@ constexpr double kNoSuchHook = -5;
 constexpr double kStraightened = 0.55;  // of its curvature: nearly two of kSigmaOfOpening below as made
 constexpr double kSideKnownFor_s = 1.5;
 
+double longest_mm(const std::vector<RestHook>& hooks) {
+  double longest = 0;
+  for (const RestHook& hook : hooks) longest = std::max(longest, hook.length_mm());
+  return longest;
+}
+
 std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
   std::vector<RestHook> hooks;
   if (is_preshaped(instrument.rest_shape)) {
@@ -49,8 +55,8 @@ std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const Instrume
 TipShape::TipShape(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                    const RoomDescription& room)
     : configured_(instrument.rest_shape),
-      search_(settings, instrument, room),
       hooks_(hooks_of(UniformCubicBSpline(settings.coefficient_count, instrument.length_mm), instrument)),
+      search_(settings, instrument, room, longest_mm(hooks_)),
       records_(hooks_.size()) {
   sight_world_.fill(Eigen::Vector3d::Zero());
   reset();
@@ -112,9 +118,9 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
   const std::size_t all = solutions_of_a_round();
   for (std::size_t i = 0; i < starts && next_start_ < all; ++i, ++next_start_) {
     if (next_start_ < kStartsEach * hooks_.size()) {
-      try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation, coils);
+      try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation);
     } else {
-      ask_again_if_by_far(next_start_ - kStartsEach * hooks_.size(), observation, coils);
+      ask_again_if_by_far(next_start_ - kStartsEach * hooks_.size(), observation);
     }
   }
   if (next_start_ < all) {
@@ -125,12 +131,11 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
 }
 
 // Each start against the straight tip of the same image; of a round the best.
-void TipShape::try_start(std::size_t which, int start, const Observation& observation,
-                         const CoilObservations& coils) {
+void TipShape::try_start(std::size_t which, int start, const Observation& observation) {
   RestHook& hook = hooks_[which];
   Record& record = records_[which];
   const Eigen::Vector3d plane = hook.binormal();
-  const double gain = search_.straight_cost() - search_.solve_with(hook, start, observation, coils);
+  const double gain = search_.straight_cost() - search_.solve_with(hook, start, observation);
   if (start == 0 || gain > record.best_gain) {
     record.best_gain = gain;
     record.best_start = start;
@@ -142,14 +147,12 @@ void TipShape::try_start(std::size_t which, int start, const Observation& observ
 }
 
 // What an image that another tube crosses says by far, the next one does not.
-void TipShape::ask_again_if_by_far(std::size_t which, const Observation& observation,
-                                   const CoilObservations& coils) {
+void TipShape::ask_again_if_by_far(std::size_t which, const Observation& observation) {
   RestHook& hook = hooks_[which];
   Record& record = records_[which];
   if (record.best_gain < kAdoptedAtOnce) return;
   const Eigen::Vector3d plane = hook.binormal();
-  const double gain =
-      search_.straight_cost() - search_.solve_with(hook, record.best_start, observation, coils);
+  const double gain = search_.straight_cost() - search_.solve_with(hook, record.best_start, observation);
   record.best_gain = std::min(record.best_gain, gain);
   hook.set_binormal(plane);
 }

@@ -82,8 +82,8 @@ class TipShape {
   /// Every start of every hook, and the best of each once more.
   [[nodiscard]] std::size_t solutions_of_a_round() const { return (HookSearch::kStarts + 1) * hooks_.size(); }
   [[nodiscard]] std::size_t starts_now(MonotonicTime instant) const;
-  void try_start(std::size_t which, int start, const Observation& observation, const CoilObservations& coils);
-  void ask_again_if_by_far(std::size_t which, const Observation& observation, const CoilObservations& coils);
+  void try_start(std::size_t which, int start, const Observation& observation);
+  void ask_again_if_by_far(std::size_t which, const Observation& observation);
   bool decide();
   static void remember_round(Record& record);
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
@@ -91,8 +91,8 @@ class TipShape {
   [[nodiscard]] bool is_seen_from_two_sides() const;
 
   RestShape configured_;
-  HookSearch search_;
   std::vector<RestHook> hooks_;  ///< those that are tried; of a configured one that alone
+  HookSearch search_;
   std::vector<Record> records_;
   std::optional<std::size_t> active_;
   double opening_ = 1;          ///< of the newest shape's hook: its curvature, as made 1

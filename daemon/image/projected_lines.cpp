@@ -44,7 +44,7 @@ class BlindPixels {
 
   /// Beyond the image as well.
   [[nodiscard]] bool contain(const Eigen::Vector2d& p_px) const {
-    const Eigen::Array2d p = p_px.array().round();
+    const Eigen::Array2d p = p_px.array() + 0.5;  // cut off below: the nearest pixel
     if (!(p.x() >= 0 && p.y() >= 0 && p.x() < image_.width && p.y() < image_.height)) {
       return true;
     }
