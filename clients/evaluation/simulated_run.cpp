@@ -105,6 +105,7 @@ std::string command_of(const SimulatedRun& run) {
   if (run.zoom != 1) text << " --zoom " << run.zoom;
   if (run.move_at_s >= 0) text << " --move-at " << run.move_at_s;
   if (!run.announces_pose) text << " --unannounced";
+  if (run.moves_unseen) text << " --unseen";
   for (const std::string& word : run.mistakes) text << " --mistake " << word;
   const SimulatedReference& reference = run.reference;
   if (reference.kind != "none") text << " --reference " << reference.kind;
@@ -165,7 +166,7 @@ class RunWriter {
   void write_view(int camera, const Tick& exposure, SequenceTruth truth) {
     const double stamp_s = exposure.t_s + world_.mistakes().image_stamp_error_s();
     truth.frame = ++frame_;
-    if (scenario_.fluoroscopy_on(exposure.t_s)) {
+    if (scenario_.fluoroscopy_on(exposure.t_s) && !is_moving_unseen(exposure.t_s)) {
       const CameraCalibration& calibration = world_.room().cameras[static_cast<std::size_t>(camera)];
       SimulatedView& view = *views_[static_cast<std::size_t>(camera)];
       GreyImage image{calibration.width, calibration.height, view.depth(), {}};
@@ -183,6 +184,12 @@ class RunWriter {
       return;
     }
     writer_.add_truth(truth);
+  }
+
+  [[nodiscard]] bool is_moving_unseen(double t_s) const {
+    return run_.moves_unseen && std::ranges::any_of(world_.view_motion().once, [t_s](const ViewMove& move) {
+             return t_s > move.from_s && t_s < move.until_s;
+           });
   }
 
   [[nodiscard]] Eigen::Matrix3Xd true_centreline(double t_s) const {

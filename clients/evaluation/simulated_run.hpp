@@ -38,6 +38,7 @@ struct SimulatedRun {
   double turn_deg = 0;                  ///< the C-arm of the first view turns by so much, once
   double zoom = 1;                      ///< its focal lengths become so many times what they were, once
   double move_at_s = -1;                ///< when these begin; negative: half way through
+  bool moves_unseen = false;            ///< no fluoroscopy while they do
   std::vector<std::string> mistakes{};  ///< what is wrong: see room_mistakes.hpp
   SimulatedReference reference{};       ///< how the field generator moves, and by what that is noticed
 };

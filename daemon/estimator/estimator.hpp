@@ -76,8 +76,9 @@ struct ImageNeed {
   double beyond_tip_px = 0;  ///< further around the tip
 };
 
-/// Turns observations into estimates. Called by the optimizer thread only; estimate() never allocates, locks,
-/// logs, throws or reads a clock, and its result depends on nothing but the observations since reset().
+/// Turns observations into estimates. Called by the optimizer thread only; update() and look_further() never
+/// allocate, lock, log, throw or read a clock, and their results depend on nothing but the observations since
+/// reset().
 class Estimator {
  public:
   virtual ~Estimator() = default;
@@ -85,8 +86,18 @@ class Estimator {
   Estimator(const Estimator&) = delete;
   Estimator& operator=(const Estimator&) = delete;
 
+  /// Both of the below, for whoever has nobody waiting for the estimate.
+  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+    update(observation, estimate);
+    look_further(observation);
+  }
+
   /// Fills everything of `estimate` but instrument, sequence_number and the pipeline's own stamps.
-  virtual void estimate(const Observation& observation, TubeEstimate& estimate) noexcept = 0;
+  virtual void update(const Observation& observation, TubeEstimate& estimate) noexcept = 0;
+
+  /// What can wait until that estimate has left, and counts from the next one on. Precondition: update() with
+  /// the same observation was the last call before.
+  virtual void look_further(const Observation& /*observation*/) noexcept {}
 
   /// What it will read of the next image, as things stand after the newest estimate.
   [[nodiscard]] virtual ImageNeed image_need() const noexcept { return {}; }

@@ -42,14 +42,9 @@ CoilObservations PreshapedEstimator::observe(const Observation& observation) con
                        T_world_em_, static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
 }
 
-void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+void PreshapedEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   const CoilObservations coils = observe(observation);
-  if (registered_ && observation.is_image_instant && tip_shape_.ask(observation, coils)) {
-    // What was bent by another rest shape than it has predicts nothing.
-    hooked_->set_rest(tip_shape_.rest());
-    active().reset();
-  }
-  active().estimate(observation, estimate);
+  active().update(observation, estimate);
   note_shape(estimate);
   if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
     note_views(observation, estimate);
@@ -59,6 +54,14 @@ void PreshapedEstimator::estimate(const Observation& observation, TubeEstimate& 
     estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
     release_tip(coils, estimate);
     if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
+  }
+}
+
+void PreshapedEstimator::look_further(const Observation& observation) noexcept {
+  if (registered_ && observation.is_image_instant && tip_shape_.ask(observation, observe(observation))) {
+    // What was bent by another rest shape than it has predicts nothing.
+    hooked_->set_rest(tip_shape_.rest());
+    active().reset();
   }
 }
 

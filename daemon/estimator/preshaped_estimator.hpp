@@ -26,7 +26,8 @@ class PreshapedEstimator final : public Estimator {
     hooked_->set_rest(tip_shape_.rest());
   }
 
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void look_further(const Observation& observation) noexcept override;
   void reset() noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override { return active().image_need(); }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;

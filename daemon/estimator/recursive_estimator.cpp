@@ -86,7 +86,7 @@ CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHisto
   return coils;
 }
 
-void RecursiveEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+void RecursiveEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
   shape_.images = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);

@@ -26,7 +26,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   RecursiveEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                      const RoomDescription& room);
 
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
   void set_rest(RestHook* hook) noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override;

@@ -68,25 +68,45 @@ bool RelocalisingEstimator::lend(std::size_t view, const MovedImage& moved, Obse
   return true;
 }
 
-void RelocalisingEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+// Calls `show` with the observation and the images of views that were found, which it says are lent.
+template <typename Show>
+std::array<bool, kMaxCameras> RelocalisingEstimator::show_found(const Observation& observation,
+                                                                const Show& show) {
   Observation shown = observation;
   std::array<OwnGeometry, kMaxCameras> own;
+  std::array<bool, kMaxCameras> are_lent{};
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
-    if (observation.images[v] != nullptr && observation.images[v]->state == ImageState::kMeasured) {
-      views_[v]->forget();
-    } else if (moved.image != nullptr) {
-      const OwnGeometry before{moved.image, moved.image->geometry, moved.image->brought_geometry};
-      if (lend(v, moved, shown)) own[v] = before;
-    }
+    if (moved.image == nullptr) continue;
+    const OwnGeometry before{moved.image, moved.image->geometry, moved.image->brought_geometry};
+    are_lent[v] = lend(v, moved, shown);
+    if (are_lent[v]) own[v] = before;
   }
-  inside_->estimate(shown, estimate);
+  show(shown);
   for (const OwnGeometry& before : own) before.give_back();
+  return are_lent;
+}
+
+void RelocalisingEstimator::look_further(const Observation& observation) noexcept {
+  show_found(observation, [this](const Observation& shown) { inside_->look_further(shown); });
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const MovedImage& moved = observation.moved[v];
+    if (moved.image != nullptr && !moved.is_suspect_here) views_[v]->look_further(moved);
+  }
+}
+
+void RelocalisingEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ImageMeasurement* const image = observation.images[v];
+    if (image != nullptr && image->state == ImageState::kMeasured) views_[v]->stands(image->exposure);
+  }
+  const std::array<bool, kMaxCameras> are_lent =
+      show_found(observation, [&](const Observation& shown) { inside_->update(shown, estimate); });
   add_pose_errors(estimate);
   doubt(estimate);
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
-    if (own[v].image != nullptr) {
+    if (are_lent[v]) {
       views_[v]->judge_use(*moved.image, estimate);
       refine(v, observation, estimate);
     } else if (moved.image != nullptr && !moved.is_suspect_here) {

@@ -21,7 +21,8 @@ class RelocalisingEstimator final : public Estimator {
   RelocalisingEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                         const RoomDescription& room, std::unique_ptr<Estimator> inside);
 
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void look_further(const Observation& observation) noexcept override;
   void reset() noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override { return inside_->image_need(); }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
@@ -37,6 +38,8 @@ class RelocalisingEstimator final : public Estimator {
   };
 
   [[nodiscard]] bool lend(std::size_t view, const MovedImage& moved, Observation& shown);
+  template <typename Show>
+  std::array<bool, kMaxCameras> show_found(const Observation& observation, const Show& show);
   void refine(std::size_t view, const Observation& observation, const TubeEstimate& estimate);
   void add_pose_errors(TubeEstimate& estimate) const;
   void doubt(TubeEstimate& estimate) const;

@@ -30,7 +30,7 @@ ImageNeed SingleFrameEstimator::image_need() const noexcept {
           TubeViews::kBeyondTip_px};
 }
 
-void SingleFrameEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+void SingleFrameEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
   ImageVerdict images = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);

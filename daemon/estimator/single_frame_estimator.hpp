@@ -14,7 +14,7 @@ class SingleFrameEstimator final : public RestShapedEstimator {
   SingleFrameEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                        const RoomDescription& room);
 
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
   void set_rest(RestHook* hook) noexcept override { solver_.set_rest(hook); }
   [[nodiscard]] ImageNeed image_need() const noexcept override;

@@ -68,7 +68,7 @@ void TipShape::reset() {
   next_start_ = 0;
   opening_ = 1;
   if (is_preshaped(configured_)) active_ = 0;
-  asked_ = newest_ = MonotonicTime{};
+  asked_ = image_ = newest_ = MonotonicTime{};
   tip_seen_.fill(MonotonicTime{});
 }
 
@@ -98,19 +98,19 @@ double TipShape::gain() const {
 // images each their own, and the best of many that are independent is better than any hook is likely.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
   const std::size_t all = solutions_of_a_round();
-  if (to_ns(newest_) == 0) return 1;
-  const double share = std::clamp(seconds_between(newest_, instant) / kAskEvery_s, kMinAnswered, 1.0);
+  if (to_ns(image_) == 0) return 1;
+  const double share = std::clamp(seconds_between(image_, instant) / kAskEvery_s, kMinAnswered, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
 }
 
 bool TipShape::ask(const Observation& observation, const CoilObservations& coils) {
   // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
   if (hooks_.empty() || !coils.hold_tip() || (next_start_ == 0 && !is_due(observation.instant))) {
-    newest_ = std::max(newest_, observation.instant);
+    image_ = observation.instant;
     return false;
   }
   const std::size_t starts = starts_now(observation.instant);
-  newest_ = std::max(newest_, observation.instant);
+  image_ = observation.instant;
   if (!search_.solve_straight(observation, coils)) {
     return false;
   }
@@ -222,11 +222,19 @@ bool TipShape::is_seen_from_two_sides() const {
   return false;
 }
 
+// It begins after the shape of its first image, which is as open.
+bool TipShape::is_in_first_round(const CoilObservations& coils) const {
+  const bool is_about_to =
+      to_ns(image_) == 0 && coils.hold_tip() &&
+      std::ranges::any_of(tip_seen_, [](MonotonicTime seen) { return to_ns(seen) != 0; });
+  return records_.front().asked == 0 && (next_start_ > 0 || is_about_to);
+}
+
 bool TipShape::is_undecided(const CoilObservations& coils) const {
   if (hooks_.empty()) return false;
   const bool is_far = coils.first_used_mm() > hooks_.front().length_mm() - kSeesTheHook_mm;
   const bool is_blind = is_far && !is_seen_from_two_sides();
-  if (is_blind && next_start_ > 0 && records_.front().asked == 0) return true;  // of the first round
+  if (is_blind && is_in_first_round(coils)) return true;
   const double gain_asked = is_blind ? kUndecidedFarCoil : kUndecided;
   const int rounds_asked = is_blind ? 1 : 2;
   return std::any_of(records_.begin(), records_.end(), [=](const Record& record) {

@@ -42,8 +42,8 @@ class TipShape {
 
   void reset();
 
-  /// At an image's instant: asks if it is time to. True when rest() has become another one: what a shape was
-  /// led to before was wrong.
+  /// At an image's instant, after its shape: asks if it is time to. True when rest() has become another one:
+  /// what a shape was led to before was wrong.
   bool ask(const Observation& observation, const CoilObservations& coils);
 
   /// The hook that bending is measured from, with the plane it was last found in; nullptr: a straight tip.
@@ -88,6 +88,7 @@ class TipShape {
   static void remember_round(Record& record);
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
   [[nodiscard]] bool is_undecided(const CoilObservations& coils) const;
+  [[nodiscard]] bool is_in_first_round(const CoilObservations& coils) const;
   [[nodiscard]] bool is_seen_from_two_sides() const;
 
   RestShape configured_;
@@ -98,6 +99,7 @@ class TipShape {
   double opening_ = 1;          ///< of the newest shape's hook: its curvature, as made 1
   std::size_t next_start_ = 0;  ///< of this round, over all hooks; 0: none has begun
   MonotonicTime asked_{};       ///< beginning of the newest round
+  MonotonicTime image_{};       ///< the newest that could be asked
   MonotonicTime newest_{};
   std::array<MonotonicTime, kMaxCameras> tip_seen_{};
   std::array<Eigen::Vector3d, kMaxCameras> sight_world_{};  ///< the view's axis

@@ -44,12 +44,9 @@ constexpr double kConverged = 0.1;  // of its standard deviation, what an iterat
 constexpr int kMinReach_px = 8;
 constexpr int kNextReach_px = 12;  // of the iterations after the first
 // When a pose is used.
-constexpr int kGoodInARow = 8;
-constexpr double kUse_mm = 1.5;        // standard deviation across the view
+constexpr double kUntilNoticed_s = 2;  // that a view moved, from its first image on
 constexpr double kCertain = 3;         // log odds
 constexpr double kSamePlace_mm = 1.5;  // root mean square
-constexpr std::chrono::milliseconds kMaxBad{1000};
-constexpr float kMinInView = 0.1F;  // of the tube
 
 double depth_of_looked_at_mm(const CameraCalibration& camera) {
   return (camera.T_camera_world * camera.looked_at_world_mm().value_or(Eigen::Vector3d::Zero())).z();
@@ -112,13 +109,17 @@ void ViewRelocaliser::forget() {
 }
 
 void ViewRelocaliser::begin(const MovedImage& moved) {
+  note_image(moved.image->exposure);
+  was_unseen_ = seconds_between(resumed_, moved.image->exposure) < kUntilNoticed_s;
   if (state_ == State::kGiven) {
     pose_ = ViewPose(moved.image->geometry.value_or(configured_), pivot_depth_mm_);
   }
+  before_ = pose_;
   suppose();
   state_ = State::kLost;
   moves_ = moved.moves;
-  has_settled_ = false;
+  has_settled_ = is_told_ = false;
+  astray_ = 0;
   last_ = moved_since_ = moved.image->exposure;
 }
 
@@ -155,9 +156,13 @@ void ViewRelocaliser::settle(const MovedImage& moved) {
   has_settled_ = true;
   for (Hypothesis& hypothesis : hypotheses_) hypothesis.good = 0;
   const BackgroundMotion& motion = moved.motion;
-  if (motion.agreeing_share < kPanAgreeing) return;
   const bool is_pan = motion.kind == BackgroundMotion::Kind::kPanned;
-  if (!is_pan && motion.kind != BackgroundMotion::Kind::kMagnified) return;
+  is_told_ =
+      motion.agreeing_share >= kPanAgreeing && (is_pan || motion.kind == BackgroundMotion::Kind::kMagnified);
+  if (!is_told_) {
+    if (was_unseen_) begin_search();
+    return;
+  }
   ViewGeometry geometry = moved.image->geometry.value_or(configured_);
   // Half a breath looks like a little of it; fields of view change by more.
   const bool is_zoom = std::abs(motion.magnification - 1) > kMinZoom;
@@ -218,11 +223,13 @@ void ViewRelocaliser::observe(const MovedImage& moved, const TubeEstimate& shape
   if (state_ == State::kGiven || moved.moves != moves_) begin(moved);
   const double dt_s = std::max(0.0, seconds_between(last_, moved.image->exposure));
   last_ = moved.image->exposure;
+  note_image(last_);
   if (moved.has_settled && !has_settled_) settle(moved);
   if (!has_settled_) move_on(dt_s);
   if (!take_shape(shape)) return;
   for (Hypothesis& hypothesis : hypotheses_) correct(moved, hypothesis);
   choose(moved.image->exposure);
+  note_astray(moved.image->exposure);
 }
 
 void ViewRelocaliser::correct(const MovedImage& moved, Hypothesis& hypothesis) {
@@ -250,8 +257,8 @@ void ViewRelocaliser::choose(MonotonicTime exposure) {
   const Hypothesis& better = *better_at;
   pose_ = better.pose;
   note_sigma();
-  if (state_ == State::kLost && has_settled_ && better.good >= kGoodInARow && sigma_across_mm_ < kUse_mm &&
-      is_decided(better)) {
+  if (state_ == State::kLost && has_settled_ && !is_searching() && better.good >= kGoodInARow &&
+      is_known_well() && is_decided(better)) {
     state_ = State::kFound;
     refined_ = 0;
     bad_since_ = last_use_ = exposure;
@@ -338,9 +345,11 @@ ViewRelocaliser::LeastSquares ViewRelocaliser::linearise(const ViewConstraints& 
   return sum;
 }
 
-// Iterated update of a Gaussian of covariance P. Its evidence, with N = P^-1 + sum H_i^T H_i / R_i:
-//   log p(o) = -1/2 (sum (o_i - H_i e)^2 / R_i + e^T P^-1 e + log |P N|) + const.
-ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const ViewPose& prior, double news) {
+// Iterated update of a Gaussian of mean m and covariance P. With N = P^-1 + sum H_i^T H_i / R_i its evidence
+// is
+//   log p(o) = -1/2 (sum (o_i - H_i e)^2 / R_i + (e - m)^T P^-1 (e - m) + log |P N|) + const.
+ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const ViewPose& prior, double news,
+                                              const ViewPose::Error& expected) {
   const ViewPose::Covariance information = prior.covariance().inverse();
   int reach = reach_px(prior);
   Match found;
@@ -353,11 +362,12 @@ ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const Vie
     const LeastSquares lines = linearise(*view, found.pose, e, news);
     const ViewPose::Covariance N = information + lines.N;
     P = N.inverse();
-    const ViewPose::Error next = P * lines.b;
+    const ViewPose::Error b = lines.b + information * expected;
+    const ViewPose::Error next = P * b;
     const double change = (next - e).cwiseQuotient(P.diagonal().cwiseSqrt()).norm();
     e = next;
-    found.log_evidence = -0.5 * (lines.squares - lines.b.dot(e) + std::log(prior.covariance().determinant()) +
-                                 std::log(N.determinant()));
+    found.log_evidence = -0.5 * (lines.squares + expected.dot(information * expected) - b.dot(e) +
+                                 std::log(prior.covariance().determinant()) + std::log(N.determinant()));
     if (change < kConverged) break;
     reach = std::min(reach, kNextReach_px);
   }
@@ -367,33 +377,10 @@ ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const Vie
   return found;
 }
 
-bool ViewRelocaliser::holds(const MovedImage& moved) {
-  if (state_ != State::kFound) return false;
-  if (moved.moves == moves_ && moved.has_settled) return true;
-  if (moved.moves != moves_) begin(moved);
-  return false;
-}
-
 ViewPose ViewRelocaliser::pose() const {
   ViewPose registered = pose_;
   registered.add_sigma(errors_.turn_rad, errors_.shift_mm);
   return registered;
-}
-
-// The tube is no longer where the pose has it: it was wrong, or the view moved slowly. That coils are
-// missing, or the tube is not in the picture, says nothing of the pose.
-void ViewRelocaliser::judge_use(const ImageMeasurement& image, const TubeEstimate& estimate) {
-  const MonotonicTime now = image.exposure;
-  const bool was_away = now - last_use_ > kMaxBad;
-  last_use_ = now;
-  const bool says_something = !estimate.reasons.has(Reason::kEmStale) && estimate.in_view_ratio > kMinInView;
-  const bool is_good = uses(estimate, camera_, now) && !estimate.reasons.has(Reason::kImageLostTube);
-  if (is_good || was_away || !says_something) {
-    bad_since_ = now;
-  } else if (now - bad_since_ > kMaxBad) {
-    state_ = State::kLost;
-    suppose();
-  }
 }
 
 }  // namespace tubed

@@ -24,8 +24,10 @@ namespace tubed {
 /// elsewhere than before says more of it. Where an image shows the tube, and its end, TubeViews measures
 /// around the projection of the shape that is known without that image. That shape's errors last and are
 /// shared along the tube: lines within 40 mm of it count as one, and so do images between which it has gone
-/// by less than 20 mm. A turn while fluoroscopy was off is found only where the tube is still within the
-/// lines' reach. Called by the optimizer thread; memory is taken in the constructor.
+/// by less than 20 mm. Where the view moved while fluoroscopy was off, and the background does not say that
+/// it panned, or where no hypothesis has the tube in the image, turns of up to 60 degrees are tried one after
+/// another, and each hypothesis goes on from its likeliest. Called by the optimizer thread; memory is taken
+/// in the constructor.
 class ViewRelocaliser {
  public:
   /// The camera of that index in the room, as measured_room() has it.
@@ -42,6 +44,9 @@ class ViewRelocaliser {
   /// Image and verdict of a view that is not where its pose says. `shape`: without that image, of its
   /// instant.
   void observe(const MovedImage& moved, const TubeEstimate& shape);
+
+  /// After observe() with the same image: tries a few turns where the tube is not found.
+  void look_further(const MovedImage& moved);
 
   /// Before an image is used: does the pose still hold? False when it moved again.
   bool holds(const MovedImage& moved);
@@ -62,7 +67,8 @@ class ViewRelocaliser {
   /// deviation, root mean square over both axes.
   [[nodiscard]] double sigma_across_mm() const { return sigma_across_mm_; }
 
-  /// The view is where its pose says.
+  /// The view is where its pose says, as an image of that instant shows.
+  void stands(MonotonicTime exposure);
   void forget();
 
  private:
@@ -89,6 +95,7 @@ class ViewRelocaliser {
     double squares = 0;
   };
 
+  void note_image(MonotonicTime exposure);
   void begin(const MovedImage& moved);
   void settle(const MovedImage& moved);
   bool take_shape(const TubeEstimate& shape);
@@ -99,8 +106,15 @@ class ViewRelocaliser {
   [[nodiscard]] double news_for(const Hypothesis& hypothesis) const;
   [[nodiscard]] double news_for_refinement() const;
   void choose(MonotonicTime exposure);
+  void note_astray(MonotonicTime exposure);
+  void begin_search();
+  [[nodiscard]] bool is_searching() const { return astray_ >= kAstray; }
+  void suppose_found();
+  [[nodiscard]] static ViewPose::Error sigma_unseen(std::size_t move);
+  [[nodiscard]] bool is_known_well() const;
   [[nodiscard]] bool is_decided(const Hypothesis& better) const;
-  [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news);
+  [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news,
+                            const ViewPose::Error& expected = ViewPose::Error::Zero());
   const ViewConstraints* look(const MovedImage& moved, const ViewPose& pose, int reach_px);
   [[nodiscard]] LeastSquares linearise(const ViewConstraints& view, const ViewPose& pose,
                                        const ViewPose::Error& e, double news) const;
@@ -124,15 +138,26 @@ class ViewRelocaliser {
   State state_ = State::kGiven;
   std::array<Hypothesis, kMoves> hypotheses_;
   std::size_t likeliest_ = 0;                     ///< of them
+  std::size_t next_start_ = 0;                    ///< of the search
+  std::array<Match, kMoves> searched_;            ///< its best of each hypothesis
+  int astray_ = 0;                                ///< images since one of them had the tube for long enough
+  MonotonicTime shape_of_{};                      ///< instant of points_mm_
   static constexpr double kOtherPlace_mm = 20;    ///< by which it goes until its error is another one
   static constexpr double kWorthwhileNews = 0.1;  ///< less is waited for
+  static constexpr int kGoodInARow = 8;           ///< images that have the tube where it is expected
+  static constexpr int kAstray = 16;  ///< images in which none has it for so long: it is elsewhere
   static constexpr std::size_t kPlaces = 16;
   std::array<Eigen::Matrix3Xd, kPlaces> refined_at_mm_;  ///< where the tube was when its pose was refined
   std::size_t refined_ = 0;                              ///< how often that was
+  ViewPose before_;                                      ///< the newest move
   ViewPose pose_;  ///< of the likeliest one, against the coils as registered
   std::uint32_t moves_ = 0;
   bool has_settled_ = false;
   MonotonicTime last_{};
+  MonotonicTime seen_{};     ///< the newest image
+  MonotonicTime resumed_{};  ///< the first one after a while without
+  bool is_told_ = false;     ///< the background says how it moved
+  bool was_unseen_ = false;  ///< no image shows the beginning of its move
   MonotonicTime moved_since_{};
   MonotonicTime bad_since_{};
   MonotonicTime last_use_{};

@@ -220,14 +220,14 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
       if (image != nullptr) stamp_image(*image, estimate);
     }
     estimate.stamps.optimizer_started_ns = to_ns(clock.now());
-    estimators_[i]->estimate(observation, estimate);
+    estimators_[i]->update(observation, estimate);
     for (std::size_t v = 0; v < observation.moved.size(); ++v) {
       const ImageMeasurement* const image = observation.moved[v].image;
       if (image != nullptr && uses(estimate, v, image->exposure)) stamp_image(*image, estimate);
     }
     const MonotonicTime finished = clock.now();
     estimate.stamps.optimizer_finished_ns = to_ns(finished);
-    if (finished - observation.now > period_) {
+    if (overran_ || finished - observation.now > period_) {
       estimate.reasons.add(Reason::kDeadlineMissed);
     }
     newest_validity_ = estimate.validity;
@@ -236,6 +236,10 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
     ++outputs_;
     publisher_bell_.ring();
   }
+  for (const auto& estimator : estimators_) {
+    estimator->look_further(observation);
+  }
+  overran_ = clock.now() - observation.now > period_;
   hand_over_predictions();
   ask_why(observation.now);
   schedule_.paid(observation.now);

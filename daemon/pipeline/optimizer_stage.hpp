@@ -87,6 +87,7 @@ class OptimizerStage final : public Stage {
   EmFrame incoming_;
   std::vector<std::uint64_t> sequence_numbers_;
   std::uint64_t outputs_ = 0;
+  bool overran_ = false;  ///< what estimators looked for after the newest estimates took longer than a period
   std::uint64_t superseded_ = 0;
   std::uint64_t late_images_ = 0;
   std::uint64_t backward_em_ = 0;

@@ -221,6 +221,9 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   add_tip_options(verb, options->run);
   add_reference_options(verb, options->run.reference);
   verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
+  verb.add_flag(
+      "--unseen", options->run.moves_unseen,
+      "No fluoroscopy while --pan, --turn and --zoom happen, as when a C-arm is turned without the pedal");
   verb.callback([options, &exit_code] {
     options->run.announces_pose = !options->unannounced;
     exit_code = simulate(*options);

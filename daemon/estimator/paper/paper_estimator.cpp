@@ -63,7 +63,7 @@ void PaperEstimator::reset() noexcept {
   newest_image_ = MonotonicTime{};
 }
 
-void PaperEstimator::estimate(const Observation& observation, TubeEstimate& estimate) noexcept {
+void PaperEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   begin_report(observation, estimate);
   images_ = ImageVerdict::kNone;
   const EmFrame* frame = observation.em->newest_until(observation.instant);

@@ -22,7 +22,7 @@ class PaperEstimator final : public Estimator {
   PaperEstimator(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                  const RoomDescription& room);
 
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override;
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void reset() noexcept override;
 
  private:

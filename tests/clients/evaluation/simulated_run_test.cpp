@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace tubed {
@@ -75,6 +76,19 @@ TEST(SimulatedRun, TheTruthIsSeenAsTheCameraStoodAndNotAsItIsDescribed) {
   ASSERT_EQ(truth.instants.size(), 4U);
   EXPECT_NEAR(turned_rad(truth.instants.front()), 0, 1e-6);
   EXPECT_NEAR(turned_rad(truth.instants.back()), 15 * M_PI / 180, 1e-6);
+}
+
+TEST(SimulatedRun, AMoveIsUnseenWhereThatIsAsked) {
+  SimulatedRun run = run_with({});
+  run.every = 20;
+  run.turn_deg = 60;
+  const auto without_fluoroscopy = [&run](const char* folder) {
+    return std::ranges::count_if(written(run, folder).frames,
+                                 [](const SequenceFrame& frame) { return !frame.fluoroscopy_on(); });
+  };
+  const auto usually = without_fluoroscopy("seen");
+  run.moves_unseen = true;
+  EXPECT_GT(without_fluoroscopy("unseen"), usually);
 }
 
 TEST(SimulatedRun, AMistakeThatCannotBeMadeIsRefusedBeforeAnythingRuns) {

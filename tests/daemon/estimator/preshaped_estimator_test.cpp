@@ -53,7 +53,8 @@ struct PreshapedBench {
       }
       observation.newest_image = newest_image;
       observation.image_timeout = std::chrono::milliseconds(250);
-      estimator->estimate(observation, *estimate);
+      estimator->update(observation, *estimate);
+      if (looks_further) estimator->look_further(observation);
     }
   }
 
@@ -76,6 +77,7 @@ struct PreshapedBench {
   MonotonicTime now = from_ns(10'000'000'000);
   unsigned seed = 0;
   bool with_images = true;
+  bool looks_further = true;
 };
 
 TEST(PreshapedEstimator, WithTheModelAndACoilInTheHookTheTipIsFound) {
@@ -98,6 +100,26 @@ TEST(PreshapedEstimator, AHookThatNobodyToldOfIsFound) {
   EXPECT_GT(unknown.estimate->coefficient_count, 40U);
   EXPECT_LT(unknown.tip_error_mm(), 1.5);
   EXPECT_GT(straight.tip_error_mm(), 1.5 * unknown.tip_error_mm());
+}
+
+TEST(PreshapedEstimator, HooksAreAskedForAfterTheShape) {
+  PreshapedBench bench({8, 14, 3}, 6, RestShape::kUnknown);
+  bench.looks_further = false;
+  bench.measure_times(200);
+  EXPECT_LT(bench.estimate->coefficient_count, 40U);
+  bench.looks_further = true;
+  bench.measure_times(200);
+  EXPECT_GT(bench.estimate->coefficient_count, 40U);
+}
+
+TEST(PreshapedEstimator, ATipBeyondTheCoilsIsDoubtedFromTheFirstImageOn) {
+  PreshapedBench bench({8, 0, 0}, 15, RestShape::kUnknown);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_FALSE(bench.estimate->has_image);
+    bench.measure_times(1);
+  }
+  ASSERT_TRUE(bench.estimate->has_image);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kAmbiguous));
 }
 
 TEST(PreshapedEstimator, AHookThatNobodyToldOfIsDoubtedOrNearEnough) {

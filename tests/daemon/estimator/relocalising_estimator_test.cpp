@@ -77,6 +77,17 @@ struct MovedViewBench {
     has_settled = true;
   }
 
+  /// It moves while fluoroscopy is off.
+  void move_unseen(const Eigen::Vector2d& pan, double turn) {
+    is_off = true;
+    look_times(10);
+    is_off = false;
+    is_moved = has_settled = true;
+    ++moves;
+    pan_mm = pan;
+    turn_deg = turn;
+  }
+
   /// How far the pose in use projects the arc's points beside where they are seen, root mean square, as mm of
   /// the patient; 1e9: no view is used.
   [[nodiscard]] double off_across_mm() const {
@@ -213,6 +224,21 @@ TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {
 }
 
 // The catheter goes on to other places, and what it shows there is worth as much as before the pose was used.
+TEST(RelocalisingEstimator, ATurnThatNoImageShowedIsFound) {
+  for (const double turn : {25.0, -35.0}) {
+    MovedViewBench bench;
+    bench.look_times(30);
+    bench.move_unseen({6, 0}, turn);
+    for (int i = 0; i < 300 && bench.look().view_count == 0; ++i) {
+    }
+    ASSERT_GT(bench.estimate->view_count, 0U) << turn;
+    bench.look_times(200);
+    EXPECT_LT(bench.off_across_mm(), 1.5) << turn;
+    EXPECT_LT(std::abs(bench.turn_off_deg()), std::max(2.0, 3 * bench.sigma_of_turn_deg())) << turn;
+    EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+  }
+}
+
 TEST(RelocalisingEstimator, APoseThatIsUsedGetsBetter) {
   MovedViewBench bench;
   bench.look_times(30);

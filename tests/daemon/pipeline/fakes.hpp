@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -102,11 +103,14 @@ class FakeEmSource final : public EmSource {
 class FakeEstimator final : public Estimator {
  public:
   explicit FakeEstimator(std::vector<Observation>& asked) : asked_(asked) { asked_.reserve(1000); }
-  void estimate(const Observation& observation, TubeEstimate& estimate) noexcept override {
+  void update(const Observation& observation, TubeEstimate& estimate) noexcept override {
     asked_.push_back(observation);
     estimate.validity = Validity::kValid;
     estimate.reasons = Reasons{};
     estimate.valid_time_ns = to_ns(observation.instant);
+  }
+  void look_further(const Observation& observation) noexcept override {
+    if (looks_further) looks_further(observation);
   }
   void reset() noexcept override {}
   [[nodiscard]] ImageNeed image_need() const noexcept override { return need; }
@@ -119,6 +123,7 @@ class FakeEstimator final : public Estimator {
   }
 
   ImageNeed need;
+  std::function<void(const Observation&)> looks_further;
   std::string disagreement;  ///< what coils and images contradict each other about
 
  private:

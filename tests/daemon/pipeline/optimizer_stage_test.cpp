@@ -207,6 +207,38 @@ TEST(OptimizerStage, AnImageFromBeforeAStallIsNotPublishedAfterIt) {
   EXPECT_EQ(report.dropped, 1U);
 }
 
+TEST(OptimizerStage, NoEstimateWaitsForWhatIsLookedForAfterwards) {
+  OptimizerBench bench(2);
+  int looked = 0;
+  for (FakeEstimator* const fake : bench.fakes) {
+    fake->looks_further = [&](const Observation& observation) {
+      for (auto& buffer : bench.estimates) {
+        EXPECT_EQ(buffer.fetch(), looked == 0) << "had left before";
+        EXPECT_EQ(buffer.front().valid_time_ns, to_ns(observation.instant));
+      }
+      ++looked;
+    };
+  }
+  bench.clock.advance(milliseconds(50));
+  bench.stage->step(bench.clock);
+  EXPECT_EQ(looked, 2);
+}
+
+TEST(OptimizerStage, WhatIsLookedForLongerThanAPeriodIsADeadlineOfTheNextEstimateMissed) {
+  OptimizerBench bench;
+  const auto misses = [&bench] {
+    bench.clock.advance(milliseconds(50));
+    bench.stage->step(bench.clock);
+    EXPECT_TRUE(bench.estimates[0].fetch());
+    return bench.estimates[0].front().reasons.has(Reason::kDeadlineMissed);
+  };
+  bench.fakes[0]->looks_further = [&](const Observation&) { bench.clock.advance(milliseconds(40)); };
+  EXPECT_FALSE(misses());
+  bench.fakes[0]->looks_further = nullptr;
+  EXPECT_TRUE(misses());
+  EXPECT_FALSE(misses());
+}
+
 TEST(OptimizerStage, EverySampleHasTheNextSequenceNumberOfItsInstrument) {
   OptimizerBench bench(2);
   for (std::uint64_t expected = 2; expected < 5; ++expected) {
