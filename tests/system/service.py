@@ -9,7 +9,8 @@ import nspawn
 from bed import SKIP, Failure, Skip, check, say
 
 HERE = pathlib.Path(__file__).resolve().parent
-UNITS = HERE.parent.parent / "systemd"
+SOURCE = HERE.parent.parent
+UNITS = SOURCE / "systemd"
 EXPOSURE = 15  # tenths; tubed.service has 1.5, the other units less
 CONFIGURATION = "etc/tubed/tubed.toml"
 
@@ -119,13 +120,24 @@ def security(packages):
         check(same == plain.split("[Unit]", 1)[1], "tubed@.service says something else than tubed.service")
 
 
+def is_machine_code(remark):
+    """lintian takes bytes of machine code for words: a word that no source file has is none."""
+    fields = remark.split()
+    if "spelling-error-in-binary" not in fields:
+        return False
+    word = fields[fields.index("spelling-error-in-binary") + 1].encode()
+    return not any(word in path.read_bytes() for folder in ("clients", "daemon", "drivers", "idl")
+                   for path in (SOURCE / folder).rglob("*.[ch]pp"))
+
+
 def lint(packages):
     """Debian's own judgement of the packages, down to its remarks: what stays is overridden, with the reason beside it."""
     nspawn.need("lintian", "lintian")
-    judged = subprocess.run(["lintian", "--allow-root", "--display-info", "--fail-on", "error,warning,info", *map(str, packages.values())],
+    judged = subprocess.run(["lintian", "--allow-root", "--display-info", "--fail-on", "none", *map(str, packages.values())],
                             capture_output=True, text=True, check=False)
     say(judged.stdout.strip() or "no error, no warning, no remark")
-    check(judged.returncode == 0, judged.stdout + judged.stderr)
+    remarks = [line for line in judged.stdout.splitlines() if line[:2] in ("E:", "W:", "I:") and not is_machine_code(line)]
+    check(not remarks and judged.returncode == 0, "\n".join(remarks) + judged.stderr)
     pedantic = subprocess.run(["lintian", "--allow-root", "--pedantic", *map(str, packages.values())], capture_output=True, text=True, check=False)
     say("pedantic, for information: " + (pedantic.stdout.strip().replace("\n", "; ") or "nothing"))
 
