@@ -52,7 +52,7 @@ RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
 void RelocalisingEstimator::reset() noexcept {
   inside_->reset();
   coils_.reset();
-  for (const auto& view : views_) view->forget();
+  for (const auto& view : views_) view->reset();
   lent_ = {};
 }
 
@@ -98,7 +98,11 @@ void RelocalisingEstimator::look_further(const Observation& observation) noexcep
 void RelocalisingEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const ImageMeasurement* const image = observation.images[v];
-    if (image != nullptr && image->state == ImageState::kMeasured) views_[v]->stands(image->exposure);
+    const ImageMeasurement* const moved = observation.moved[v].image;
+    if (moved != nullptr) views_[v]->note_image(moved->exposure);
+    if (image == nullptr || image->state != ImageState::kMeasured) continue;
+    views_[v]->note_image(image->exposure);
+    views_[v]->forget();
   }
   const std::array<bool, kMaxCameras> are_lent =
       show_found(observation, [&](const Observation& shown) { inside_->update(shown, estimate); });

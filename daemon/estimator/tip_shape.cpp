@@ -94,8 +94,8 @@ double TipShape::gain() const {
 }
 
 // So many starts at this image that a round takes kAskEvery_s: a whole round at one image of many would keep
-// its shape waiting. Not fewer than a quarter: starts of one image have its noise in common, those of many
-// images each their own, and the best of many that are independent is better than any hook is likely.
+// the next one's shape waiting. Not fewer than a quarter: starts of one image have its noise in common, those
+// of many images each their own, and the best of many that are independent is better than any hook is likely.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
   const std::size_t all = solutions_of_a_round();
   if (to_ns(image_) == 0) return 1;
@@ -107,10 +107,12 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
   // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
   if (hooks_.empty() || !coils.hold_tip() || (next_start_ == 0 && !is_due(observation.instant))) {
     image_ = observation.instant;
+    newest_ = std::max(newest_, image_);
     return false;
   }
   const std::size_t starts = starts_now(observation.instant);
   image_ = observation.instant;
+  newest_ = std::max(newest_, image_);
   if (!search_.solve_straight(observation, coils)) {
     return false;
   }
@@ -222,12 +224,10 @@ bool TipShape::is_seen_from_two_sides() const {
   return false;
 }
 
-// It begins after the shape of its first image, which is as open.
+// It begins after the shape of the first image that shows the tip, which is as open.
 bool TipShape::is_in_first_round(const CoilObservations& coils) const {
-  const bool is_about_to =
-      to_ns(image_) == 0 && coils.hold_tip() &&
-      std::ranges::any_of(tip_seen_, [](MonotonicTime seen) { return to_ns(seen) != 0; });
-  return records_.front().asked == 0 && (next_start_ > 0 || is_about_to);
+  const bool is_seen = std::ranges::any_of(tip_seen_, [](MonotonicTime seen) { return to_ns(seen) != 0; });
+  return records_.front().asked == 0 && (next_start_ > 0 || (is_seen && coils.hold_tip()));
 }
 
 bool TipShape::is_undecided(const CoilObservations& coils) const {

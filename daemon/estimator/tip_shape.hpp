@@ -99,7 +99,7 @@ class TipShape {
   double opening_ = 1;          ///< of the newest shape's hook: its curvature, as made 1
   std::size_t next_start_ = 0;  ///< of this round, over all hooks; 0: none has begun
   MonotonicTime asked_{};       ///< beginning of the newest round
-  MonotonicTime image_{};       ///< the newest that could be asked
+  MonotonicTime image_{};       ///< the newest instant of one
   MonotonicTime newest_{};
   std::array<MonotonicTime, kMaxCameras> tip_seen_{};
   std::array<Eigen::Vector3d, kMaxCameras> sight_world_{};  ///< the view's axis

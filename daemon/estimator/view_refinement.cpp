@@ -88,7 +88,6 @@ bool ViewRelocaliser::holds(const MovedImage& moved) {
 // missing, or the tube is not in the picture, says nothing of the pose.
 void ViewRelocaliser::judge_use(const ImageMeasurement& image, const TubeEstimate& estimate) {
   const MonotonicTime now = image.exposure;
-  note_image(now);
   const bool was_away = now - last_use_ > kMaxBad;
   last_use_ = now;
   const bool says_something = !estimate.reasons.has(Reason::kEmStale) && estimate.in_view_ratio > kMinInView;
@@ -97,16 +96,18 @@ void ViewRelocaliser::judge_use(const ImageMeasurement& image, const TubeEstimat
     bad_since_ = now;
   } else if (now - bad_since_ > kMaxBad) {
     state_ = State::kLost;
+    before_ = pose_;
+    is_told_ = false;
+    astray_ = 0;
     suppose();
   }
 }
 
-void ViewRelocaliser::stands(MonotonicTime exposure) {
-  note_image(exposure);
+void ViewRelocaliser::reset() {
   forget();
+  seen_ = resumed_ = shape_of_ = MonotonicTime{};
 }
 
-// That a view moved is noticed some images later.
 void ViewRelocaliser::note_image(MonotonicTime exposure) {
   if (seconds_between(seen_, exposure) > kUnseen_s) {
     resumed_ = exposure;

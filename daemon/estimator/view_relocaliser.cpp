@@ -109,12 +109,13 @@ void ViewRelocaliser::forget() {
 }
 
 void ViewRelocaliser::begin(const MovedImage& moved) {
-  note_image(moved.image->exposure);
-  was_unseen_ = seconds_between(resumed_, moved.image->exposure) < kUntilNoticed_s;
+  const bool is_still_lost = state_ == State::kLost;
+  was_unseen_ =
+      (is_still_lost && was_unseen_) || seconds_between(resumed_, moved.image->exposure) < kUntilNoticed_s;
   if (state_ == State::kGiven) {
     pose_ = ViewPose(moved.image->geometry.value_or(configured_), pivot_depth_mm_);
   }
-  before_ = pose_;
+  if (!is_still_lost) before_ = pose_;
   suppose();
   state_ = State::kLost;
   moves_ = moved.moves;
@@ -223,7 +224,6 @@ void ViewRelocaliser::observe(const MovedImage& moved, const TubeEstimate& shape
   if (state_ == State::kGiven || moved.moves != moves_) begin(moved);
   const double dt_s = std::max(0.0, seconds_between(last_, moved.image->exposure));
   last_ = moved.image->exposure;
-  note_image(last_);
   if (moved.has_settled && !has_settled_) settle(moved);
   if (!has_settled_) move_on(dt_s);
   if (!take_shape(shape)) return;

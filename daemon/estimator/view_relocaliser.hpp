@@ -67,9 +67,14 @@ class ViewRelocaliser {
   /// deviation, root mean square over both axes.
   [[nodiscard]] double sigma_across_mm() const { return sigma_across_mm_; }
 
-  /// The view is where its pose says, as an image of that instant shows.
-  void stands(MonotonicTime exposure);
+  /// The view is where its pose says.
   void forget();
+
+  /// As forget(), and no image was ever seen.
+  void reset();
+
+  /// Before all else at any image of the view.
+  void note_image(MonotonicTime exposure);
 
  private:
   /// What may have happened: a pose each.
@@ -95,7 +100,6 @@ class ViewRelocaliser {
     double squares = 0;
   };
 
-  void note_image(MonotonicTime exposure);
   void begin(const MovedImage& moved);
   void settle(const MovedImage& moved);
   bool take_shape(const TubeEstimate& shape);

@@ -236,10 +236,11 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
     ++outputs_;
     publisher_bell_.ring();
   }
+  const MonotonicTime handed_over = clock.now();
   for (const auto& estimator : estimators_) {
     estimator->look_further(observation);
   }
-  overran_ = clock.now() - observation.now > period_;
+  overran_ = clock.now() - handed_over > period_;
   hand_over_predictions();
   ask_why(observation.now);
   schedule_.paid(observation.now);

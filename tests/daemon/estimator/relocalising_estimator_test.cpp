@@ -223,7 +223,6 @@ TEST(RelocalisingEstimator, ATurnIsFollowedWhileTheCArmTurns) {
   EXPECT_LT(bench.off_across_mm(), 1.5);
 }
 
-// The catheter goes on to other places, and what it shows there is worth as much as before the pose was used.
 TEST(RelocalisingEstimator, ATurnThatNoImageShowedIsFound) {
   for (const double turn : {25.0, -35.0}) {
     MovedViewBench bench;
@@ -239,6 +238,7 @@ TEST(RelocalisingEstimator, ATurnThatNoImageShowedIsFound) {
   }
 }
 
+// The catheter goes on to other places, and what it shows there is worth as much as before the pose was used.
 TEST(RelocalisingEstimator, APoseThatIsUsedGetsBetter) {
   MovedViewBench bench;
   bench.look_times(30);

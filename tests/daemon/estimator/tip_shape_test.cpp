@@ -199,6 +199,16 @@ TEST(TipShape, TwoSidesAreTenDegreesApartAndOfTheSameSecond) {
   EXPECT_EQ(doubt_with(15, 3), TipDoubt::kOneView);
 }
 
+TEST(TipShape, TwoSidesAreOfTheSameSecondAlsoWhileNoImageShowsTheTip) {
+  TipBench bench(kHook, 15, RestShape::kHook);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  bench.shape->note_view(0, bench.now, Eigen::Vector3d::UnitZ());
+  bench.shape->note_view(1, bench.now, Eigen::Vector3d::UnitX());
+  ASSERT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNone);
+  bench.ask(2);
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kOneView);
+}
+
 TEST(TipShape, OneViewOfAHookWithoutACoilInItIsDoubted) {
   TipBench bench({8, 14, 1}, 15, RestShape::kHook);
   for (int i = 0; i < 4; ++i) bench.ask();
