@@ -14,7 +14,7 @@ namespace tubed {
 
 /// Solves one instant with a straight tip and with a hook whose plane may have any roll, each from its own
 /// starts: a roll that begins half a turn away from the truth does not come to it. Only the last part of the
-/// tube is solved, which alone says what its tip is like: all of it takes twice as long. Nothing is carried
+/// tube is solved, which alone says what its tip is like. Nothing is carried
 /// over from one instant to the next. Called by the optimizer thread; memory is taken in the constructor.
 class HookSearch {
  public:

@@ -56,39 +56,37 @@ void RelocalisingEstimator::reset() noexcept {
   lent_ = {};
 }
 
-// Shows the image with the pose that was found; false while none is, or the view may have moved on.
-bool RelocalisingEstimator::lend(std::size_t view, const MovedImage& moved, Observation& shown) {
-  if (!views_[view]->holds(moved) || moved.is_suspect_here) return false;
+// Not while no pose was found, nor where the view may have moved on.
+void RelocalisingEstimator::lend(std::size_t view, const MovedImage& moved) {
+  if (!views_[view]->holds(moved) || moved.is_suspect_here) return;
   lent_[view] = {views_[view]->pose(), moved.image->exposure};
-  moved.image->geometry = lent_[view].pose.geometry();
-  moved.image->brought_geometry = true;
-  shown.images[view] = moved.image;
-  shown.on_demand[view] = moved.on_demand;
-  shown.newest_image = std::max(shown.newest_image, moved.image->exposure);
-  return true;
 }
 
-// Calls `show` with the observation and the images of views that were found, which it says are lent.
+bool RelocalisingEstimator::is_lent(std::size_t view, const MovedImage& moved) const {
+  return moved.image != nullptr && lent_[view].exposure == moved.image->exposure;
+}
+
+// Calls `show` with the observation and the images that are lent, with the pose that they were lent with.
 template <typename Show>
-std::array<bool, kMaxCameras> RelocalisingEstimator::show_found(const Observation& observation,
-                                                                const Show& show) {
+void RelocalisingEstimator::show_lent(const Observation& observation, const Show& show) {
   Observation shown = observation;
   std::array<OwnGeometry, kMaxCameras> own;
-  std::array<bool, kMaxCameras> are_lent{};
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
-    if (moved.image == nullptr) continue;
-    const OwnGeometry before{moved.image, moved.image->geometry, moved.image->brought_geometry};
-    are_lent[v] = lend(v, moved, shown);
-    if (are_lent[v]) own[v] = before;
+    if (!is_lent(v, moved)) continue;
+    own[v] = {moved.image, moved.image->geometry, moved.image->brought_geometry};
+    moved.image->geometry = lent_[v].pose.geometry();
+    moved.image->brought_geometry = true;
+    shown.images[v] = moved.image;
+    shown.on_demand[v] = moved.on_demand;
+    shown.newest_image = std::max(shown.newest_image, moved.image->exposure);
   }
   show(shown);
   for (const OwnGeometry& before : own) before.give_back();
-  return are_lent;
 }
 
 void RelocalisingEstimator::look_further(const Observation& observation) noexcept {
-  show_found(observation, [this](const Observation& shown) { inside_->look_further(shown); });
+  show_lent(observation, [this](const Observation& shown) { inside_->look_further(shown); });
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
     if (moved.image != nullptr && !moved.is_suspect_here) views_[v]->look_further(moved);
@@ -98,19 +96,21 @@ void RelocalisingEstimator::look_further(const Observation& observation) noexcep
 void RelocalisingEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const ImageMeasurement* const image = observation.images[v];
-    const ImageMeasurement* const moved = observation.moved[v].image;
-    if (moved != nullptr) views_[v]->note_image(moved->exposure);
-    if (image == nullptr || image->state != ImageState::kMeasured) continue;
-    views_[v]->note_image(image->exposure);
-    views_[v]->forget();
+    const MovedImage& moved = observation.moved[v];
+    if (image != nullptr && image->state == ImageState::kMeasured) {
+      views_[v]->note_image(image->exposure);
+      views_[v]->forget();
+    } else if (moved.image != nullptr) {
+      views_[v]->note_image(moved.image->exposure);
+      lend(v, moved);
+    }
   }
-  const std::array<bool, kMaxCameras> are_lent =
-      show_found(observation, [&](const Observation& shown) { inside_->update(shown, estimate); });
+  show_lent(observation, [&](const Observation& shown) { inside_->update(shown, estimate); });
   add_pose_errors(estimate);
   doubt(estimate);
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const MovedImage& moved = observation.moved[v];
-    if (are_lent[v]) {
+    if (is_lent(v, moved)) {
       views_[v]->judge_use(*moved.image, estimate);
       refine(v, observation, estimate);
     } else if (moved.image != nullptr && !moved.is_suspect_here) {

@@ -37,9 +37,10 @@ class RelocalisingEstimator final : public Estimator {
     MonotonicTime exposure{};  ///< zero: none was
   };
 
-  [[nodiscard]] bool lend(std::size_t view, const MovedImage& moved, Observation& shown);
+  void lend(std::size_t view, const MovedImage& moved);
+  [[nodiscard]] bool is_lent(std::size_t view, const MovedImage& moved) const;
   template <typename Show>
-  std::array<bool, kMaxCameras> show_found(const Observation& observation, const Show& show);
+  void show_lent(const Observation& observation, const Show& show);
   void refine(std::size_t view, const Observation& observation, const TubeEstimate& estimate);
   void add_pose_errors(TubeEstimate& estimate) const;
   void doubt(TubeEstimate& estimate) const;

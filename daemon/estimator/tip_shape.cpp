@@ -104,15 +104,13 @@ std::size_t TipShape::starts_now(MonotonicTime instant) const {
 }
 
 bool TipShape::ask(const Observation& observation, const CoilObservations& coils) {
-  // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
-  if (hooks_.empty() || !coils.hold_tip() || (next_start_ == 0 && !is_due(observation.instant))) {
-    image_ = observation.instant;
-    newest_ = std::max(newest_, image_);
-    return false;
-  }
   const std::size_t starts = starts_now(observation.instant);
   image_ = observation.instant;
   newest_ = std::max(newest_, image_);
+  // A tip that no coil is near is followed through the image first: there is no shape to try hooks on.
+  if (hooks_.empty() || !coils.hold_tip() || (next_start_ == 0 && !is_due(observation.instant))) {
+    return false;
+  }
   if (!search_.solve_straight(observation, coils)) {
     return false;
   }

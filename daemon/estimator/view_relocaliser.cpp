@@ -44,6 +44,7 @@ constexpr double kConverged = 0.1;  // of its standard deviation, what an iterat
 constexpr int kMinReach_px = 8;
 constexpr int kNextReach_px = 12;  // of the iterations after the first
 // When a pose is used.
+constexpr double kUnseen_s = 0.5;      // without images: a C-arm turns by 5 degrees
 constexpr double kUntilNoticed_s = 2;  // that a view moved, from its first image on
 constexpr double kCertain = 3;         // log odds
 constexpr double kSamePlace_mm = 1.5;  // root mean square
@@ -106,6 +107,19 @@ void ViewRelocaliser::forget() {
   if (state_ == State::kGiven) return;
   state_ = State::kGiven;
   views_.forget();
+}
+
+void ViewRelocaliser::reset() {
+  forget();
+  seen_ = resumed_ = shape_of_ = MonotonicTime{};
+}
+
+void ViewRelocaliser::note_image(MonotonicTime exposure) {
+  if (seconds_between(seen_, exposure) > kUnseen_s) {
+    resumed_ = exposure;
+    was_unseen_ = was_unseen_ || (state_ == State::kLost && !has_settled_);
+  }
+  seen_ = exposure;
 }
 
 void ViewRelocaliser::begin(const MovedImage& moved) {
@@ -237,7 +251,7 @@ void ViewRelocaliser::correct(const MovedImage& moved, Hypothesis& hypothesis) {
 }
 
 void ViewRelocaliser::correct(const MovedImage& moved, double news, Hypothesis& hypothesis) {
-  const Match found = match(moved, hypothesis.pose, std::max(news, kMinNews));
+  const PoseMatch found = match(moved, hypothesis.pose, std::max(news, kMinNews));
   const bool is_worthwhile = !has_settled_ || news >= kWorthwhileNews;
   if (is_worthwhile) hypothesis.log_evidence += found.is_found ? found.log_evidence : kNotFound;
   if (!found.is_found) {
@@ -348,11 +362,12 @@ ViewRelocaliser::LeastSquares ViewRelocaliser::linearise(const ViewConstraints& 
 // Iterated update of a Gaussian of mean m and covariance P. With N = P^-1 + sum H_i^T H_i / R_i its evidence
 // is
 //   log p(o) = -1/2 (sum (o_i - H_i e)^2 / R_i + (e - m)^T P^-1 (e - m) + log |P N|) + const.
-ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const ViewPose& prior, double news,
-                                              const ViewPose::Error& expected) {
+PoseMatch ViewRelocaliser::match(const MovedImage& moved, const ViewPose& prior, double news,
+                                 const ViewPose::Error& expected) {
   const ViewPose::Covariance information = prior.covariance().inverse();
+  const ViewPose::Error known = information * expected;
   int reach = reach_px(prior);
-  Match found;
+  PoseMatch found;
   ViewPose::Error e = ViewPose::Error::Zero();
   ViewPose::Covariance P;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
@@ -362,11 +377,11 @@ ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const Vie
     const LeastSquares lines = linearise(*view, found.pose, e, news);
     const ViewPose::Covariance N = information + lines.N;
     P = N.inverse();
-    const ViewPose::Error b = lines.b + information * expected;
+    const ViewPose::Error b = lines.b + known;
     const ViewPose::Error next = P * b;
     const double change = (next - e).cwiseQuotient(P.diagonal().cwiseSqrt()).norm();
     e = next;
-    found.log_evidence = -0.5 * (lines.squares + expected.dot(information * expected) - b.dot(e) +
+    found.log_evidence = -0.5 * (lines.squares + expected.dot(known) - b.dot(e) +
                                  std::log(prior.covariance().determinant()) + std::log(N.determinant()));
     if (change < kConverged) break;
     reach = std::min(reach, kNextReach_px);
@@ -375,12 +390,6 @@ ViewRelocaliser::Match ViewRelocaliser::match(const MovedImage& moved, const Vie
   found.pose.set_covariance(P);
   found.is_found = true;
   return found;
-}
-
-ViewPose ViewRelocaliser::pose() const {
-  ViewPose registered = pose_;
-  registered.add_sigma(errors_.turn_rad, errors_.shift_mm);
-  return registered;
 }
 
 }  // namespace tubed

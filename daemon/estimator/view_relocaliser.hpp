@@ -10,6 +10,7 @@
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/room_errors.hpp"
 #include "daemon/estimator/tube_views.hpp"
+#include "daemon/estimator/turn_search.hpp"
 #include "daemon/estimator/view_pose.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "idl/geometry/camera.hpp"
@@ -26,8 +27,8 @@ namespace tubed {
 /// shared along the tube: lines within 40 mm of it count as one, and so do images between which it has gone
 /// by less than 20 mm. Where the view moved while fluoroscopy was off, and the background does not say that
 /// it panned, or where no hypothesis has the tube in the image, turns of up to 60 degrees are tried one after
-/// another, and each hypothesis goes on from its likeliest. Called by the optimizer thread; memory is taken
-/// in the constructor.
+/// another (TurnSearch), and each hypothesis goes on from its likeliest. Called by the optimizer thread;
+/// memory is taken in the constructor.
 class ViewRelocaliser {
  public:
   /// The camera of that index in the room, as measured_room() has it.
@@ -86,12 +87,8 @@ class ViewRelocaliser {
     bool has_used = false;            ///< an image
     Eigen::Matrix3Xd points_used_mm;  ///< of the shape, when the pose was corrected last
   };
-  enum Move : std::size_t { kPan, kTurn, kTilt, kMoves };
-  struct Match {
-    ViewPose pose;
-    double log_evidence = 0;
-    bool is_found = false;
-  };
+
+  using enum TurnSearch::Move;
 
   /// sum (o_i - H_i e)^2 / R_i = squares - 2 b^T e + e^T N e.
   struct LeastSquares {
@@ -114,11 +111,10 @@ class ViewRelocaliser {
   void begin_search();
   [[nodiscard]] bool is_searching() const { return astray_ >= kAstray; }
   void suppose_found();
-  [[nodiscard]] static ViewPose::Error sigma_unseen(std::size_t move);
   [[nodiscard]] bool is_known_well() const;
   [[nodiscard]] bool is_decided(const Hypothesis& better) const;
-  [[nodiscard]] Match match(const MovedImage& moved, const ViewPose& prior, double news,
-                            const ViewPose::Error& expected = ViewPose::Error::Zero());
+  [[nodiscard]] PoseMatch match(const MovedImage& moved, const ViewPose& prior, double news,
+                                const ViewPose::Error& expected = ViewPose::Error::Zero());
   const ViewConstraints* look(const MovedImage& moved, const ViewPose& pose, int reach_px);
   [[nodiscard]] LeastSquares linearise(const ViewConstraints& view, const ViewPose& pose,
                                        const ViewPose::Error& e, double news) const;
@@ -141,9 +137,8 @@ class ViewRelocaliser {
   std::vector<Eigen::Matrix3d> covariance_;  ///< of each of them, mm^2
   State state_ = State::kGiven;
   std::array<Hypothesis, kMoves> hypotheses_;
-  std::size_t likeliest_ = 0;                     ///< of them
-  std::size_t next_start_ = 0;                    ///< of the search
-  std::array<Match, kMoves> searched_;            ///< its best of each hypothesis
+  std::size_t likeliest_ = 0;  ///< of them
+  TurnSearch search_;
   int astray_ = 0;                                ///< images since one of them had the tube for long enough
   MonotonicTime shape_of_{};                      ///< instant of points_mm_
   static constexpr double kOtherPlace_mm = 20;    ///< by which it goes until its error is another one
@@ -153,7 +148,7 @@ class ViewRelocaliser {
   static constexpr std::size_t kPlaces = 16;
   std::array<Eigen::Matrix3Xd, kPlaces> refined_at_mm_;  ///< where the tube was when its pose was refined
   std::size_t refined_ = 0;                              ///< how often that was
-  ViewPose before_;                                      ///< the newest move
+  ViewPose before_;                                      ///< the pose before the newest move
   ViewPose pose_;  ///< of the likeliest one, against the coils as registered
   std::uint32_t moves_ = 0;
   bool has_settled_ = false;

@@ -167,6 +167,34 @@ void add_reference_options(CommandLine& verb, SimulatedReference& reference) {
       .in_range(-100.0, 100.0);
 }
 
+void add_view_options(CommandLine& verb, SimulateOptions& options) {
+  verb.add_option("--swing", options.run.swing_deg,
+                  "Swing the C-arm of the first view by so many degrees there and back every 20 s, at 10 "
+                  "degrees a second (default: as the preset has it)")
+      .in_range(-120.0, 120.0);
+  verb.add_option("--pose-noise-deg", options.run.pose_noise_deg,
+                  "Standard deviation of the angles that images of a moving view say")
+      .in_range(0.0, 10.0)
+      .capture_default_str();
+  verb.add_option("--pose-noise-mm", options.run.pose_noise_mm, "The same of where it stands")
+      .in_range(0.0, 100.0)
+      .capture_default_str();
+  verb.add_option("--pan", options.run.pan_mm,
+                  "Pan the table by so many mm, once, in the image's plane at 10 mm a second; it stays there")
+      .in_range(-200.0, 200.0);
+  verb.add_option("--turn", options.run.turn_deg,
+                  "Turn the C-arm of the first view by so many degrees, once, at 10 degrees a second")
+      .in_range(-120.0, 120.0);
+  verb.add_option("--zoom", options.run.zoom, "Multiply its focal lengths by this, once").in_range(0.5, 2.0);
+  verb.add_option("--move-at", options.run.move_at_s,
+                  "When --pan, --turn and --zoom begin, s (default: half way through)")
+      .in_range(0.0, 1e6);
+  verb.add_flag("--unannounced", options.unannounced, "Images of a moving view do not say how it stood");
+  verb.add_flag(
+      "--unseen", options.run.moves_unseen,
+      "No fluoroscopy while --pan, --turn and --zoom happen, as when a C-arm is turned without the pedal");
+}
+
 }  // namespace
 
 CommandLine add_simulate(CommandLine app, int& exit_code) {
@@ -196,34 +224,10 @@ CommandLine add_simulate(CommandLine app, int& exit_code) {
   verb.add_option("--second-view-every", options->run.second_view_every,
                   "Second view with every so many-th exposure (default: as the preset has it)")
       .in_range(1, 1000);
-  verb.add_option("--swing", options->run.swing_deg,
-                  "Swing the C-arm of the first view by so many degrees there and back every 20 s, at 10 "
-                  "degrees a second (default: as the preset has it)")
-      .in_range(-120.0, 120.0);
-  verb.add_option("--pose-noise-deg", options->run.pose_noise_deg,
-                  "Standard deviation of the angles that images of a moving view say")
-      .in_range(0.0, 10.0)
-      .capture_default_str();
-  verb.add_option("--pose-noise-mm", options->run.pose_noise_mm, "The same of where it stands")
-      .in_range(0.0, 100.0)
-      .capture_default_str();
-  verb.add_option("--pan", options->run.pan_mm,
-                  "Pan the table by so many mm, once, in the image's plane at 10 mm a second; it stays there")
-      .in_range(-200.0, 200.0);
-  verb.add_option("--turn", options->run.turn_deg,
-                  "Turn the C-arm of the first view by so many degrees, once, at 10 degrees a second")
-      .in_range(-120.0, 120.0);
-  verb.add_option("--zoom", options->run.zoom, "Multiply its focal lengths by this, once").in_range(0.5, 2.0);
-  verb.add_option("--move-at", options->run.move_at_s,
-                  "When --pan, --turn and --zoom begin, s (default: half way through)")
-      .in_range(0.0, 1e6);
+  add_view_options(verb, *options);
   verb.add_option("--mistake", options->run.mistakes, mistake_meanings());
   add_tip_options(verb, options->run);
   add_reference_options(verb, options->run.reference);
-  verb.add_flag("--unannounced", options->unannounced, "Images of a moving view do not say how it stood");
-  verb.add_flag(
-      "--unseen", options->run.moves_unseen,
-      "No fluoroscopy while --pan, --turn and --zoom happen, as when a C-arm is turned without the pedal");
   verb.callback([options, &exit_code] {
     options->run.announces_pose = !options->unannounced;
     exit_code = simulate(*options);

@@ -15,7 +15,7 @@ namespace tubed {
 /// MAP of Eq. (14) in 3D, then MLE of Eq. (18) in the image and MAP along the depth in turn until the knot
 /// points rest. The image is that of the first camera that has one. What is published has no covariance
 /// (infinity: unknown), as the paper gives none. Unlike the other modes it allocates, and
-/// takes some milliseconds: for comparison, not for the operating room. Nothing leaves estimate() as an
+/// takes some milliseconds: for comparison, not for the operating room. Nothing leaves update() as an
 /// exception: what fails makes an estimate that says NOT_CONVERGED.
 class PaperEstimator final : public Estimator {
  public:

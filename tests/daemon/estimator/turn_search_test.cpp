@@ -1,0 +1,51 @@
+#include "daemon/estimator/turn_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "idl/geometry/rigid_transform.hpp"
+#include "tests/daemon/estimator/simulated_tube.hpp"
+
+namespace tubed {
+namespace {
+
+ViewPose pose_before() { return {geometry_of(one_view_room().cameras[0]), 1200}; }
+
+TEST(TurnSearch, FromEveryStartWhatIsKnownIsThePoseBefore) {
+  const ViewPose before = pose_before();
+  TurnSearch search;
+  EXPECT_TRUE(search.is_over()) << "none has begun";
+  search.begin(before);
+  std::array<int, TurnSearch::kMoves> starts{};
+  while (!search.is_over()) {
+    const TurnSearch::Start start = search.next();
+    ++starts[start.move];
+    const RigidTransform back = start.pose.with_error(start.expected).geometry().T_camera_world();
+    EXPECT_TRUE(back.isApprox(before.geometry().T_camera_world(), 1e-9)) << start.expected.transpose();
+    EXPECT_NEAR(start.expected.head<2>().norm(),
+                std::abs(start.expected[start.move == TurnSearch::kTilt ? 0 : 1]), 1e-12)
+        << "about one axis";
+  }
+  EXPECT_EQ(starts, (std::array<int, TurnSearch::kMoves>{1, 13, 9}));
+}
+
+TEST(TurnSearch, TheLikeliestOfEachMoveIsKeptUntilTheNextSearch) {
+  TurnSearch search;
+  search.begin(pose_before());
+  EXPECT_FALSE(search.has_found());
+  search.add(TurnSearch::kTurn, {pose_before(), -1, false});
+  EXPECT_FALSE(search.has_found());
+  search.add(TurnSearch::kTurn, {pose_before(), -5, true});
+  search.add(TurnSearch::kTurn, {pose_before(), -3, true});
+  search.add(TurnSearch::kTurn, {pose_before(), -4, true});
+  EXPECT_TRUE(search.has_found());
+  EXPECT_EQ(search.best(TurnSearch::kTurn).log_evidence, -3);
+  EXPECT_FALSE(search.best(TurnSearch::kPan).is_found);
+  search.begin(pose_before());
+  EXPECT_FALSE(search.has_found());
+}
+
+}  // namespace
+}  // namespace tubed
