@@ -82,6 +82,7 @@ TEST(SimulatedRun, AMoveIsUnseenWhereThatIsAsked) {
   SimulatedRun run = run_with({});
   run.every = 20;
   run.turn_deg = 60;
+  const auto mechanics = shared_run_of(scenario_of(run));
   const auto without_fluoroscopy = [&run](const char* folder) {
     return std::ranges::count_if(written(run, folder).frames,
                                  [](const SequenceFrame& frame) { return !frame.fluoroscopy_on(); });
