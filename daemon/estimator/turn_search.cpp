@@ -28,7 +28,25 @@ ViewPose::Error sigma_of(std::size_t move) {
 
 }  // namespace
 
+void TurnSearch::forget() {
+  is_running_ = false;
+  astray_ = 0;
+  wait_ = kFirstWait;
+}
+
+void TurnSearch::note_image(bool is_astray, const ViewPose& before) {
+  if (is_running_) return;
+  if (!is_astray) {
+    forget();
+  } else if (++astray_ >= wait_) {
+    wait_ = std::min(2 * wait_, kLastWait);
+    begin(before);
+  }
+}
+
 void TurnSearch::begin(const ViewPose& before) {
+  is_running_ = true;
+  astray_ = 0;
   before_ = before;
   move_ = kPan;
   step_ = -kSteps[kPan];

@@ -8,16 +8,10 @@
 
 namespace tubed {
 
-/// A pose with which an image shows the tube where coils say that it is.
-struct PoseMatch {
-  ViewPose pose;
-  double log_evidence = 0;
-  bool is_found = false;
-};
-
 /// Where to begin looking for the pose of a view that moved unseen: a pan, turns about the axis that is
 /// vertical in the image, tilts about the horizontal one; and the best of what was found of each. Called by
-/// the optimizer thread; takes no memory.
+/// the optimizer thread; takes no memory. A catheter that is not in the picture is looked for in vain: after
+/// each search without an image that has it the next one waits twice as long.
 class TurnSearch {
  public:
   enum Move : std::size_t { kPan, kTurn, kTilt, kMoves };
@@ -29,8 +23,16 @@ class TurnSearch {
     ViewPose::Error expected;  ///< of that pose, by what is known
   };
 
+  /// Nothing is looked for, and the first search waits for 16 images without the tube.
+  void forget();
+  /// One of a view that stands: begins when the tube was astray in enough of them in a row. `before`: see
+  /// begin().
+  void note_image(bool is_astray, const ViewPose& before);
   /// `before`: the pose before the view moved.
   void begin(const ViewPose& before);
+  void end() { is_running_ = false; }
+  [[nodiscard]] bool is_running() const { return is_running_; }
+  /// Everything was tried.
   [[nodiscard]] bool is_over() const;
   /// The next one. Precondition: !is_over().
   [[nodiscard]] Start next();
@@ -41,6 +43,12 @@ class TurnSearch {
   [[nodiscard]] bool has_found() const;
 
  private:
+  static constexpr int kFirstWait = 16;  ///< images
+  static constexpr int kLastWait = 512;
+
+  int astray_ = 0;  ///< images in a row
+  int wait_ = kFirstWait;
+  bool is_running_ = false;
   ViewPose before_;
   std::size_t move_ = kMoves;
   int step_ = 0;

@@ -44,4 +44,11 @@ class ViewPose {
   Covariance P_ = Covariance::Zero();
 };
 
+/// A pose with which an image shows the tube where coils say that it is.
+struct PoseMatch {
+  ViewPose pose;
+  double log_evidence = 0;
+  bool is_found = false;
+};
+
 }  // namespace tubed

@@ -238,6 +238,70 @@ TEST(RelocalisingEstimator, ATurnThatNoImageShowedIsFound) {
   }
 }
 
+/// The view is used again, and as it stands.
+void expect_found(MovedViewBench& bench, int images) {
+  for (int i = 0; i < images && bench.look().view_count == 0; ++i) {
+  }
+  ASSERT_GT(bench.estimate->view_count, 0U);
+  bench.look_times(200);
+  ASSERT_GT(bench.estimate->view_count, 0U);
+  EXPECT_LT(bench.off_across_mm(), 1.5);
+  EXPECT_LT(std::abs(bench.turn_off_deg()), std::max(2.0, 3 * bench.sigma_of_turn_deg()));
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+}
+
+// Its beginning was seen, the rest was not noticed.
+TEST(RelocalisingEstimator, AMoveThatGoesOnWithoutBeingNoticedIsFound) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({3, 0}, 0);
+  bench.pan_mm = {16, -10};
+  bench.turn_deg = 20;
+  expect_found(bench, 400);
+}
+
+// The second one ends the search for the first.
+TEST(RelocalisingEstimator, AViewThatIsTurnedAgainWhileItIsLookedForIsFound) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move_unseen({0, 0}, 30);
+  bench.look_times(4);
+  bench.move_unseen({0, 0}, -20);
+  expect_found(bench, 400);
+}
+
+// No move was noticed: that the tube is not there any more tells.
+TEST(RelocalisingEstimator, APoseThatNoLongerHoldsIsGivenUpAndAnotherOneFound) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  bench.pan_mm = {24, 0};
+  bench.look_times(12);
+  ASSERT_FALSE(bench.estimate->has_image);
+  expect_found(bench, 400);
+}
+
+// Nothing that was found before a reset is used after it.
+TEST(RelocalisingEstimator, AResetForgetsThePoseThatWasFound) {
+  MovedViewBench bench;
+  bench.look_times(30);
+  bench.move({9, -7}, 0);
+  bench.look_times(80);
+  ASSERT_TRUE(bench.estimate->has_image);
+  bench.estimator->reset();
+  EXPECT_FALSE(bench.look().has_image);
+  expect_found(bench, 400);
+  bench.estimator->reset();
+  bench.is_moved = false;
+  bench.pan_mm.setZero();
+  bench.look_times(5);
+  EXPECT_TRUE(bench.estimate->has_image);
+  EXPECT_FALSE(bench.estimate->views[0].has_own_geometry);
+  EXPECT_FALSE(bench.estimate->reasons.has(Reason::kGeometryChanged));
+}
+
 // The catheter goes on to other places, and what it shows there is worth as much as before the pose was used.
 TEST(RelocalisingEstimator, APoseThatIsUsedGetsBetter) {
   MovedViewBench bench;

@@ -47,5 +47,50 @@ TEST(TurnSearch, TheLikeliestOfEachMoveIsKeptUntilTheNextSearch) {
   EXPECT_FALSE(search.has_found());
 }
 
+/// Images in a row in which the tube is astray, until a search begins.
+int images_until_search(TurnSearch& search) {
+  for (int images = 1; images < 10'000; ++images) {
+    search.note_image(true, pose_before());
+    if (search.is_running()) return images;
+  }
+  return -1;
+}
+
+TEST(TurnSearch, AfterEachSearchInVainTheNextOneWaitsTwiceAsLong) {
+  TurnSearch search;
+  for (const int expected : {16, 32, 64, 128, 256, 512, 512}) {
+    EXPECT_EQ(images_until_search(search), expected);
+    EXPECT_FALSE(search.is_over());
+    search.end();
+  }
+}
+
+TEST(TurnSearch, AnImageThatHasTheTubeBeginsTheCountAgain) {
+  TurnSearch search;
+  EXPECT_EQ(images_until_search(search), 16);
+  search.end();
+  search.note_image(false, pose_before());
+  for (int i = 0; i < 15; ++i) search.note_image(true, pose_before());
+  search.note_image(false, pose_before());
+  EXPECT_EQ(images_until_search(search), 16);
+}
+
+TEST(TurnSearch, WhileItRunsImagesNeitherEndItNorBeginItAnew) {
+  TurnSearch search;
+  search.begin(pose_before());
+  static_cast<void>(search.next());
+  for (int i = 0; i < 100; ++i) search.note_image(i % 2 == 0, pose_before());
+  EXPECT_TRUE(search.is_running());
+  EXPECT_EQ(search.next().move, TurnSearch::kTurn) << "the pan was the first one";
+}
+
+TEST(TurnSearch, AnotherMoveIsLookedForFromItsBeginning) {
+  TurnSearch search;
+  EXPECT_EQ(images_until_search(search), 16);
+  search.forget();
+  EXPECT_FALSE(search.is_running());
+  EXPECT_EQ(images_until_search(search), 16);
+}
+
 }  // namespace
 }  // namespace tubed
