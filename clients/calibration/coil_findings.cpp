@@ -105,6 +105,9 @@ ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& in
     fragment.remarks.emplace_back(
         "the tube's end was seen in too few images: only distances between coils, the first one stays as "
         "stated");
+  } else {
+    fragment.remarks.push_back(
+        words("one image has the tube's end off by %.1f mm along the tube", found.end_scatter_mm));
   }
   for (std::size_t k = 0; k < found.pieces.size(); ++k) {
     const MeasuredPiece& piece = found.pieces[k];

@@ -31,7 +31,10 @@ nlohmann::json json_of(const ArcLengths& found) {
                      {"found", coil.was_found},
                      {"measurements", coil.measurements}});
   }
-  return {{"coils", coils}, {"from_tip", found.ends_seen > 0}, {"ends_seen", found.ends_seen}};
+  return {{"coils", coils},
+          {"from_tip", found.ends_seen > 0},
+          {"ends_seen", found.ends_seen},
+          {"end_scatter_mm", found.end_scatter_mm}};
 }
 
 int calibrate(const ArcLengthOptions& options) {

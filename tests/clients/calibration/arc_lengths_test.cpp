@@ -126,5 +126,15 @@ TEST(ArcLengths, WithoutTheEndNoSigmaIsOffered) {
   EXPECT_NE(page_of(found, fragment).find("distances between coils alone"), std::string::npos);
 }
 
+TEST(ArcLengths, HowFarOneImageIsOffIsSaid) {
+  PushedCatheter catheter;
+  catheter.push_for(30);
+  ArcLengths found = measure_arc_lengths(catheter.run, {});
+  found.ends_seen = 120;
+  found.end_scatter_mm = 2.34;
+  const std::string page = page_of(found, fragment_of(found, "cath-1"));
+  EXPECT_NE(page.find("off by 2.3 mm along the tube"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tubed
