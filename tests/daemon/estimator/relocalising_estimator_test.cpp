@@ -77,6 +77,14 @@ struct MovedViewBench {
     has_settled = true;
   }
 
+  /// The table is panned, and the view found again.
+  void pan_and_be_found() {
+    look_times(30);
+    move({9, -7}, 0);
+    look_times(80);
+    ASSERT_TRUE(estimate->has_image);
+  }
+
   /// It moves while fluoroscopy is off.
   void move_unseen(const Eigen::Vector2d& pan, double turn) {
     is_off = true;
@@ -162,10 +170,7 @@ TEST(RelocalisingEstimator, APanThatNobodyAnnouncedIsFoundAndItsImagesAreUsedAga
 // A person has to give the pose, or to accept this one.
 TEST(RelocalisingEstimator, ThatThePoseWasFoundMakesNoShapeValid) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   EXPECT_TRUE(bench.estimate->reasons.has(Reason::kGeometryChanged));
   EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
 }
@@ -173,10 +178,7 @@ TEST(RelocalisingEstimator, ThatThePoseWasFoundMakesNoShapeValid) {
 // What its images taught of the coils is as good as its pose.
 TEST(RelocalisingEstimator, NorDoesFluoroscopyThatGoesOff) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.is_off = true;
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(bench.look().validity, Validity::kQuestionable) << "look " << i;
@@ -186,10 +188,7 @@ TEST(RelocalisingEstimator, NorDoesFluoroscopyThatGoesOff) {
 
 TEST(RelocalisingEstimator, AnImageThatMayHaveMovedOnIsNotUsed) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.is_suspect_here = true;
   EXPECT_FALSE(bench.look().has_image);
   bench.is_suspect_here = false;
@@ -273,10 +272,7 @@ TEST(RelocalisingEstimator, AViewThatIsTurnedAgainWhileItIsLookedForIsFound) {
 // No move was noticed: that the tube is not there any more tells.
 TEST(RelocalisingEstimator, APoseThatNoLongerHoldsIsGivenUpAndAnotherOneFound) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.pan_mm = {24, 0};
   bench.look_times(12);
   ASSERT_FALSE(bench.estimate->has_image);
@@ -286,10 +282,7 @@ TEST(RelocalisingEstimator, APoseThatNoLongerHoldsIsGivenUpAndAnotherOneFound) {
 // Nothing that was found before a reset is used after it.
 TEST(RelocalisingEstimator, AResetForgetsThePoseThatWasFound) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.estimator->reset();
   EXPECT_FALSE(bench.look().has_image);
   expect_found(bench, 400);
@@ -332,10 +325,7 @@ TEST(RelocalisingEstimator, WhatThePoseLeavesOpenIsPartOfTheCovariance) {
 
 TEST(RelocalisingEstimator, AViewThatMovesOnIsLostAndFoundAgain) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.move({20, 5}, 0);
   EXPECT_FALSE(bench.estimate->has_image);
   bench.look_times(80);
@@ -368,10 +358,7 @@ TEST(RelocalisingEstimator, APictureWithoutTheTubeGivesNoPose) {
 // Another instrument's estimator has a pose of its own: what one of them lent is taken back.
 TEST(RelocalisingEstimator, TheImageIsLeftAsItWas) {
   MovedViewBench bench;
-  bench.look_times(30);
-  bench.move({9, -7}, 0);
-  bench.look_times(80);
-  ASSERT_TRUE(bench.estimate->has_image);
+  ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   EXPECT_FALSE(bench.image.geometry.has_value());
   EXPECT_FALSE(bench.image.brought_geometry);
 }
