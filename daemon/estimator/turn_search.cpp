@@ -39,7 +39,6 @@ void TurnSearch::note_image(bool is_astray, const ViewPose& before) {
   if (!is_astray) {
     forget();
   } else if (++astray_ >= wait_) {
-    wait_ = std::min(2 * wait_, kLastWait);
     begin(before);
   }
 }
@@ -51,6 +50,11 @@ void TurnSearch::begin(const ViewPose& before) {
   move_ = kPan;
   step_ = -kSteps[kPan];
   best_ = {};
+}
+
+void TurnSearch::end() {
+  is_running_ = false;
+  wait_ = has_found() ? kFirstWait : std::min(2 * wait_, kLastWait);
 }
 
 bool TurnSearch::is_over() const { return move_ == kMoves; }

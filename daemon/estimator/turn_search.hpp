@@ -10,8 +10,8 @@ namespace tubed {
 
 /// Where to begin looking for the pose of a view that moved unseen: a pan, turns about the axis that is
 /// vertical in the image, tilts about the horizontal one; and the best of what was found of each. Called by
-/// the optimizer thread; takes no memory. A catheter that is not in the picture is looked for in vain: after
-/// each search without an image that has it the next one waits twice as long.
+/// the optimizer thread; takes no memory. A catheter that is not in the picture is looked for in vain:
+/// after each such search the next one waits twice as long.
 class TurnSearch {
  public:
   enum Move : std::size_t { kPan, kTurn, kTilt, kMoves };
@@ -30,7 +30,8 @@ class TurnSearch {
   void note_image(bool is_astray, const ViewPose& before);
   /// `before`: the pose before the view moved.
   void begin(const ViewPose& before);
-  void end() { is_running_ = false; }
+  /// After it the next one waits as the first one does where the tube was found, otherwise twice as long.
+  void end();
   [[nodiscard]] bool is_running() const { return is_running_; }
   /// Everything was tried.
   [[nodiscard]] bool is_over() const;

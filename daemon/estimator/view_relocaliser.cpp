@@ -1,6 +1,7 @@
 #include "daemon/estimator/view_relocaliser.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "idl/geometry/rigid_transform.hpp"
@@ -50,6 +51,7 @@ void ViewRelocaliser::note_image(MonotonicTime exposure) {
   if (seconds_between(seen_, exposure) > kUnseen_s) {
     resumed_ = exposure;
     move_.was_unseen = move_.was_unseen || (state_ == State::kLost && !move_.has_settled);
+    if (!search_.is_running()) search_.forget();  // the catheter may be in the picture again
   }
   seen_ = exposure;
 }

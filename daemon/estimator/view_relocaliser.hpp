@@ -21,9 +21,9 @@ namespace tubed {
 /// PoseInUse watches over what was found. While the view moves its pose may go as fast as tables and C-arms
 /// do; once it has settled it stays, and each image of a tube that lies elsewhere than before says more of
 /// it. Where the view moved while fluoroscopy was off, and the background does not say that it panned, or
-/// where no hypothesis has the tube in the image, turns of up to 60 degrees are tried one after another
-/// (TurnSearch), and each hypothesis goes on from its likeliest. Called by the optimizer thread; memory is
-/// taken in the constructor.
+/// where no hypothesis has the tube in the image, or a pose in use does not show it any more, turns of up to
+/// 60 degrees are tried one after another (TurnSearch), and each hypothesis goes on from its likeliest.
+/// Called by the optimizer thread; memory is taken in the constructor.
 class ViewRelocaliser {
  public:
   /// The camera of that index in the room, as measured_room() has it.
@@ -52,7 +52,8 @@ class ViewRelocaliser {
   /// pose that they were shown with.
   void refine(const MovedImage& moved, const TubeEstimate& estimate, const TubeEstimate& by_coils);
 
-  /// `image` was shown with pose() to the estimator that made that estimate.
+  /// `image` was shown with pose() to the estimator that made that estimate. Gives the pose up, and looks for
+  /// another one, where the tube has not been seen with it for a second.
   void judge_use(const ImageMeasurement& image, const TubeEstimate& estimate);
 
   /// Of kLost and kFound. It was found against coils: what is open of the registration is open of it, and
@@ -80,7 +81,7 @@ class ViewRelocaliser {
     MonotonicTime last{};      ///< image of it
     bool has_settled = false;  ///< the view stands again
     bool is_told = false;      ///< the background says how it moved
-    bool was_unseen = false;   ///< no image shows its beginning
+    bool was_unseen = false;   ///< what images show of it is not all
   };
 
   void begin(const MovedImage& moved);
@@ -100,9 +101,9 @@ class ViewRelocaliser {
   PoseInUse use_;
   State state_ = State::kGiven;
   Move move_;
-  ViewPose before_;           ///< the pose before that
+  ViewPose before_;           ///< the pose before that, or that was given up
   ViewPose pose_;             ///< of the likeliest one, against the coils as registered
-  MonotonicTime shape_of_{};  ///< instant of the matcher's shape
+  MonotonicTime shape_of_{};  ///< instant of the newest shape that observe() took
   MonotonicTime seen_{};      ///< the newest image
   MonotonicTime resumed_{};   ///< the first one after a while without
   Eigen::Matrix3Xd here_mm_;  ///< where the tube is while the pose is refined

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
@@ -275,7 +276,9 @@ TEST(RelocalisingEstimator, APoseThatNoLongerHoldsIsGivenUpAndAnotherOneFound) {
   ASSERT_NO_FATAL_FAILURE(bench.pan_and_be_found());
   bench.pan_mm = {24, 0};
   bench.look_times(12);
-  ASSERT_FALSE(bench.estimate->has_image);
+  std::array<char, 200> words{};
+  ASSERT_TRUE(bench.estimator->describe_moved_view(words));
+  EXPECT_NE(std::string(words.data()).find("is lost"), std::string::npos) << words.data();
   expect_found(bench, 400);
 }
 

@@ -65,6 +65,23 @@ TEST(TurnSearch, AfterEachSearchInVainTheNextOneWaitsTwiceAsLong) {
   }
 }
 
+TEST(TurnSearch, AfterOneThatFoundTheTubeItWaitsAsAtFirst) {
+  TurnSearch search;
+  EXPECT_EQ(images_until_search(search), 16);
+  search.end();
+  EXPECT_EQ(images_until_search(search), 32);
+  search.add(TurnSearch::kTurn, {pose_before(), -3, true});
+  search.end();
+  EXPECT_EQ(images_until_search(search), 16);
+}
+
+TEST(TurnSearch, OneThatIsBegunAtOnceCountsAsWell) {
+  TurnSearch search;
+  search.begin(pose_before());
+  search.end();
+  EXPECT_EQ(images_until_search(search), 32);
+}
+
 TEST(TurnSearch, AnImageThatHasTheTubeBeginsTheCountAgain) {
   TurnSearch search;
   EXPECT_EQ(images_until_search(search), 16);
