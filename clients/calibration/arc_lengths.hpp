@@ -34,7 +34,7 @@ struct ArcLengths {
   std::vector<MeasuredCoil> coils;    ///< in the instrument's order
   std::vector<MeasuredPiece> pieces;  ///< between them
   std::size_t ends_seen = 0;          ///< images that show the tube's end; 0: the first coil stays as stated
-  double end_scatter_mm = 0;          ///< standard deviation of where one image has it, along the tube
+  double end_scatter_mm = 0;          ///< standard deviation of one image, along the tube, mm
 };
 
 struct ArcLengthSettings {

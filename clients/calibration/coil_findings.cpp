@@ -107,7 +107,8 @@ ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& in
         "stated");
   } else {
     fragment.remarks.push_back(
-        words("one image has the tube's end off by %.1f mm along the tube", found.end_scatter_mm));
+        words("where the tube's end lies beyond the first coil scatters by %.1f mm from image to image",
+              found.end_scatter_mm));
   }
   for (std::size_t k = 0; k < found.pieces.size(); ++k) {
     const MeasuredPiece& piece = found.pieces[k];

@@ -103,7 +103,7 @@ def a_hundred_subscribers_come_and_go_and_leave_nothing(bed):
     say(f"{served} subscribers in {took_s:.0f} s; the judge had {rate_hz(samples):.2f} Hz, {alone_hz:.2f} alone, longest time "
         f"between two publications {worst_ms:.0f} ms")
     # Without real-time priority: two processors that start a hundred programs in five seconds are late for an image or two.
-    check_timing(rate_hz(samples) >= 0.95 * alone_hz, f"{rate_hz(samples):.2f} Hz meanwhile, {alone_hz:.2f} Hz before")
+    check_timing(rate_hz(samples) >= 0.97 * alone_hz, f"{rate_hz(samples):.2f} Hz meanwhile, {alone_hz:.2f} Hz before")
     check_timing(worst_ms < 150, f"{worst_ms:.0f} ms between two publications")
     time.sleep(11)  # Cyclone's lease of participants that did not say goodbye
     after_mb, after_fds = resident_mb(daemon), descriptor_count(daemon)

@@ -133,7 +133,7 @@ TEST(ArcLengths, HowFarOneImageIsOffIsSaid) {
   found.ends_seen = 120;
   found.end_scatter_mm = 2.34;
   const std::string page = page_of(found, fragment_of(found, "cath-1"));
-  EXPECT_NE(page.find("off by 2.3 mm along the tube"), std::string::npos);
+  EXPECT_NE(page.find("scatters by 2.3 mm from image to image"), std::string::npos);
 }
 
 }  // namespace
