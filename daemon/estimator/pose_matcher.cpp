@@ -58,6 +58,7 @@ PoseMatcher::PoseMatcher(const EstimatorSettings& settings, const InstrumentDesc
                    PreshapedEstimator::settings_for_hooks(settings, instrument.length_mm).coefficient_count,
                    instrument.length_mm)},
       layout_(instrument.length_mm),
+      camera_(camera),
       views_(settings, instrument, room_of(camera)),
       scratch_(std::make_unique<TubeEstimate>()),
       C_(3, splines_[1].coefficient_count()),
@@ -100,6 +101,17 @@ int PoseMatcher::reach_px(const ViewPose& pose) const {
   }
   return static_cast<int>(
       std::clamp(3 * std::sqrt(worst_px2), double{kMinReach_px}, double{LineSearch::kMaxReach}));
+}
+
+double PoseMatcher::share_in_view(const ViewPose& pose) {
+  camera_.look_from(pose.geometry());
+  const auto is_in_view = [this](const auto& p_mm) {
+    const std::optional<Projection> projected = camera_.project(p_mm);
+    return projected && camera_.contains(projected->p_image_px);
+  };
+  Eigen::Index in_view = 0;
+  for (Eigen::Index i = 0; i < points_mm_.cols(); ++i) in_view += is_in_view(points_mm_.col(i)) ? 1 : 0;
+  return static_cast<double>(in_view) / static_cast<double>(points_mm_.cols());
 }
 
 std::size_t PoseMatcher::place_of(double s_mm) const {

@@ -29,6 +29,8 @@ class PoseMatcher {
   bool take_shape(const TubeEstimate& shape);
   /// Of that shape, at each line, tip first, mm, world.
   [[nodiscard]] const Eigen::Matrix3Xd& points_mm() const { return points_mm_; }
+  /// How much of that shape a view with such a pose has in its picture, 0 .. 1.
+  [[nodiscard]] double share_in_view(const ViewPose& pose);
   /// As many as points_mm() has columns.
   [[nodiscard]] Eigen::Index line_count() const { return layout_.count; }
 
@@ -57,6 +59,7 @@ class PoseMatcher {
   std::array<UniformCubicBSpline, 2> splines_;   ///< that shapes may have: of straight tubes, and of hooks
   const UniformCubicBSpline* spline_ = nullptr;  ///< that of the newest shape
   LineLayout layout_;
+  Camera camera_;    ///< with the pose of what is asked
   TubeViews views_;  ///< of this camera alone
   Observation looked_at_;
   std::unique_ptr<TubeEstimate> scratch_;    ///< what TubeViews writes

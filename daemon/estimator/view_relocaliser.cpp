@@ -17,7 +17,7 @@ constexpr int kStartsAnImage = 3;      // of a search
 // When a pose is used.
 constexpr double kUse_mm = 1.5;  // standard deviation across the view
 constexpr double kUseTurn_rad = 4 * kRadians;
-constexpr float kMinInView = 0.1F;  // of the tube, of an image that says anything about the pose
+constexpr double kMinInView = 0.1;  // of the tube, of an image that says anything about the pose
 
 double depth_of_looked_at_mm(const CameraCalibration& camera) {
   return (camera.T_camera_world * camera.looked_at_world_mm().value_or(Eigen::Vector3d::Zero())).z();
@@ -151,7 +151,8 @@ bool ViewRelocaliser::holds(const MovedImage& moved) {
 
 // That coils are missing, or the tube is not in the picture, says nothing of the pose.
 void ViewRelocaliser::judge_use(const ImageMeasurement& image, const TubeEstimate& estimate) {
-  const bool says_something = !estimate.reasons.has(Reason::kEmStale) && estimate.in_view_ratio > kMinInView;
+  const bool says_something = !estimate.reasons.has(Reason::kEmStale) && matcher_.take_shape(estimate) &&
+                              matcher_.share_in_view(pose_) > kMinInView;
   const bool is_good =
       uses(estimate, camera_, image.exposure) && !estimate.reasons.has(Reason::kImageLostTube);
   if (use_.note(image.exposure, is_good, says_something)) return;
