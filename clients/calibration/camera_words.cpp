@@ -184,7 +184,8 @@ void say_mirrored(const CameraFindings& findings, Statements& statements) {
         {ReportVerdict::kDoubtful,
          findings.mirrored
              ? "the phantom is seen in its mirror image: the images come as seen from the detector, "
-               "and mirrored = true is offered"
+               "and mirrored = true is offered; or the phantom's file has left-handed coordinates, one axis "
+               "of the wrong sign or two exchanged: look which side of the phantom an image shows"
              : "the phantom is not mirrored although mirrored = true was given: mirrored = false is "
                "offered"});
   }

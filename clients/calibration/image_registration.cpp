@@ -191,6 +191,7 @@ ImageRegistration register_by_images(const ConfiguredSequence& run,
       found.correction.centre_world_mm - motion.inverse() * found.correction.centre_world_mm;
   found.correction.covariance.diagonal().head<3>().array() += squared(settings.field_mm / kFieldLever_mm);
   found.correction.covariance.diagonal().tail<3>().array() += squared(settings.field_mm);
+  judge(found, settings.max_sigma_mm);
   return found;
 }
 

@@ -25,6 +25,8 @@ constexpr double kMinTurn_deg = 10;
 constexpr double kMaxOutliers = 0.3;
 constexpr double kManyOutliers = 0.02;
 constexpr double kMaxAcross_mm = 2;
+constexpr double kMinTip_mm = 5;    // from the coil; nearer only in another unit
+constexpr double kMinAway_mm = 40;  // of a field generator: an Aurora's volume begins at 50 mm
 constexpr double kDeg = std::numbers::pi / 180;
 
 using Poses = std::vector<ProbePose>;
@@ -255,6 +257,33 @@ CalibrationFinding check_turn(const PivotCalibration& pivot) {
   return {"turn", ReportVerdict::kGood, evidence, ""};
 }
 
+/// Metres and inches put the probe nearer to the field generator than any tracker measures.
+CalibrationFinding check_units(const PivotCalibration& pivot, const Poses& poses) {
+  std::vector<double> away_mm;
+  for (const ProbePose& pose : poses) away_mm.push_back(pose.p_em_mm.norm());
+  const double usual_mm = median_of(away_mm);
+  const double tip_mm = pivot.tip_offset_mm.norm();
+  const std::string evidence = formatted(
+      "the tip lies %.1f mm from the coil, the coil %.3g mm from the tracker's origin", tip_mm, usual_mm);
+  if (tip_mm < kMinTip_mm && usual_mm < kMinAway_mm) {
+    return {"units", ReportVerdict::kBad, evidence,
+            "positions seem to be in metres or inches: write them in mm"};
+  }
+  return {"units", ReportVerdict::kGood, evidence, ""};
+}
+
+/// A coil of five degrees of freedom points along the probe, toward its tip.
+CalibrationFinding check_direction(const PivotCalibration& pivot) {
+  const double along_mm = pivot.tip_offset_mm.z();
+  if (pivot.freedom == ProbeFreedom::kFive && along_mm < 0) {
+    return {"direction", ReportVerdict::kDoubtful,
+            formatted("the tip lies %.1f mm behind the coil", -along_mm),
+            "the coil's direction points away from the tip: right where it is mounted so and its directions "
+            "are used as measured here, otherwise exchange their sign in the file"};
+  }
+  return {"direction", ReportVerdict::kGood, "the coil points toward the tip", ""};
+}
+
 CalibrationFinding check_outliers(const PivotCalibration& pivot) {
   const auto count = static_cast<double>(pivot.residuals_mm.size());
   const double share = static_cast<double>(pivot.outliers.size()) / count;
@@ -323,8 +352,9 @@ JudgedPivot calibrate_pivot(const std::vector<ProbePose>& poses, ProbeFreedom fr
   }
   judged.findings.push_back({"count", ReportVerdict::kGood, count, ""});
   judged.pivot = fitted(seen, freedom);
-  for (CalibrationFinding finding : {check_turn(judged.pivot), check_outliers(judged.pivot),
-                                     check_sigma(judged.pivot, max_sigma_mm), check_across(judged.pivot)}) {
+  for (CalibrationFinding finding :
+       {check_turn(judged.pivot), check_units(judged.pivot, seen), check_outliers(judged.pivot),
+        check_sigma(judged.pivot, max_sigma_mm), check_across(judged.pivot), check_direction(judged.pivot)}) {
     judged.findings.push_back(std::move(finding));
     if (judged.findings.back().verdict == ReportVerdict::kBad) break;
   }

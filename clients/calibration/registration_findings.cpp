@@ -206,14 +206,18 @@ CalibrationFinding check_residuals(const MarkerRegistration& registration) {
              : CalibrationFinding{"residuals", ReportVerdict::kGood, against, ""};
 }
 
-/// Residual that some marker of a sound set exceeds with the level's probability, mm: a residual is about
-/// FLE sqrt(1 - 2 / n) / sqrt(3) along each axis, with the FLE of those that are no outliers.
-double outlier_limit_mm(const JudgedRegistration& judged, std::optional<double> fle_mm) {
+/// By those that are no outliers.
+MarkerRegistration register_others(const JudgedRegistration& judged, std::optional<double> fle_mm) {
   MarkerPairs others = judged.pairs;
   std::vector<std::size_t> outliers = judged.outliers;
   std::sort(outliers.rbegin(), outliers.rend());
   for (const std::size_t i : outliers) others = others.without(i);
-  const MarkerRegistration registration = register_markers(others, fle_mm);
+  return register_markers(others, fle_mm);
+}
+
+/// Residual that some marker of a sound set exceeds with the level's probability, mm: a residual is about
+/// FLE sqrt(1 - 2 / n) / sqrt(3) along each axis, with the FLE of those that are no outliers.
+double outlier_limit_mm(const MarkerRegistration& registration) {
   const auto n = static_cast<double>(registration.size());
   const double sigma_mm = registration.fle_mm * std::sqrt((1 - 2 / n) / 3);
   return sigma_mm * std::sqrt(chi_square_quantile(1 - kSignificance / n, 3));
@@ -238,9 +242,11 @@ JudgedRegistration judge_registration(MarkerPairs pairs, std::optional<double> f
   if (is_wrong_with(check_units(judged.pairs))) return judged;
   if (is_wrong_with(check_mirrored(judged.pairs, judged.registration))) return judged;
   if (is_wrong_with(check_order(judged.pairs, judged.registration))) return judged;
-  refuse_nearly_collinear(judged.registration);
   judged.outliers = find_outliers(judged.pairs, fle_mm);
-  judged.outlier_limit_mm = outlier_limit_mm(judged, fle_mm);
+  // One marker far off makes the turn of any set look unknown.
+  const MarkerRegistration others = register_others(judged, fle_mm);
+  refuse_nearly_collinear(others);
+  judged.outlier_limit_mm = outlier_limit_mm(others);
   if (is_wrong_with(describe_outliers(judged))) return judged;
   judged.findings.push_back(check_scale(judged.pairs, judged.registration));
   judged.findings.push_back(check_residuals(judged.registration));

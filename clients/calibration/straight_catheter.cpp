@@ -18,8 +18,10 @@ constexpr int kMinMeasurements = 20;
 constexpr double kMinTime_s = 1;
 constexpr std::size_t kMinCoils = 3;  // two lie on a line whatever the catheter does
 constexpr double kMaxBeside_mm = 3;   // beyond, it is not straight: 3 mm over 360 mm cost 0.07 mm of length
-constexpr double kMaxAngle_deg = 5;   // of a coil's direction to the line
-constexpr double kOrderBy_mm = 5;     // distances that fit the reverse order so much better
+constexpr double kMaxTipBeside_mm = 10;  // of a touched tip
+constexpr double kMovedBy_mm = 1;    // by which the coils next to one that was not measured move, to be told
+constexpr double kMaxAngle_deg = 5;  // of a coil's direction to the line
+constexpr double kOrderBy_mm = 5;    // distances that fit the reverse order so much better
 constexpr double kUsualLasting_mm = 0.3;  // of the field, before anything was seen
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
@@ -161,6 +163,20 @@ void refuse_bent(const CoilRecording& recording, const Line& line) {
   }
 }
 
+// It would be taken for where it falls on the line.
+void refuse_tip_beside(const CoilRecording& recording, const Line& line, const StraightTip& tip) {
+  if (!tip.p_em_mm) return;
+  const Eigen::Vector3d from_line_mm = *tip.p_em_mm - line.origin_mm;
+  const double beside_mm = from_line_mm.cross(line.away_from_tip).norm();
+  if (beside_mm <= kMaxTipBeside_mm) return;
+  throw CalibrationError(recording.from +
+                         text_of(": the tip at (%.4g, %.4g, %.4g) lies %.0f mm beside the line through the "
+                                 "coils, at most %.0f mm are allowed: give it in mm, in the tracker's "
+                                 "coordinates, touched where the catheter lay in this recording",
+                                 tip.p_em_mm->x(), tip.p_em_mm->y(), tip.p_em_mm->z(), beside_mm,
+                                 kMaxTipBeside_mm));
+}
+
 /// RMS of the differences between distances of neighbours as stated and as measured, in this order or the
 /// reverse one.
 double order_misfit_mm(const InstrumentDescription& instrument, const Line& line, bool reversed) {
@@ -276,6 +292,39 @@ void place_coils(const std::vector<Line>& lines, const StraightTip& tip, Straigh
   }
 }
 
+/// By how much the coils next to one move, in the mean.
+double neighbours_move_mm(const Line& line, const StraightCatheter& result, std::size_t coil) {
+  double sum = 0;
+  int count = 0;
+  const auto take_next = [&](int step) {
+    for (int k = static_cast<int>(coil) + step; k >= 0 && k < static_cast<int>(result.coils.size());
+         k += step) {
+      if (!line.rests[static_cast<std::size_t>(k)]) continue;
+      const StraightCoil& next = result.coils[static_cast<std::size_t>(k)];
+      sum += next.found_mm - next.stated_mm;
+      ++count;
+      return;
+    }
+  };
+  take_next(-1);
+  take_next(1);
+  return count > 0 ? sum / count : 0;
+}
+
+void say_unmeasured(const Line& line, StraightCatheter& result) {
+  for (std::size_t k = 0; k < result.coils.size(); ++k) {
+    if (line.rests[k]) continue;
+    std::string remark = text_of("coil %zu (sensor %d) was not measured; its arc length stays as stated",
+                                 k + 1, result.coils[k].sensor);
+    const double move_mm = neighbours_move_mm(line, result, k);
+    if (std::abs(move_mm) > kMovedBy_mm) {
+      remark += text_of(", although the coils next to it move by %+.1f mm: measure it, or move it by as much",
+                        move_mm);
+    }
+    result.remarks.push_back(remark);
+  }
+}
+
 }  // namespace
 
 StraightCatheter measure_straight(const std::vector<CoilRecording>& placements, const StraightTip& tip) {
@@ -293,16 +342,13 @@ StraightCatheter measure_straight(const std::vector<CoilRecording>& placements, 
     lines.push_back(fit(recording));
     refuse_units(recording, lines.back());
     refuse_bent(recording, lines.back());
+    refuse_tip_beside(recording, lines.back(), tip);
     beside_square += lines.back().beside_square_mm2;
     freedom += lines.back().freedom;
   }
   for (std::size_t k = 0; k < result.coils.size(); ++k) {
     if (lines.front().rests[k]) {
       result.coils[k].angle_deg = angle_deg(lines.front(), k, placements.front().instrument.coils[k]);
-    } else {
-      result.remarks.push_back(
-          text_of("coil %zu (sensor %d) was not measured; its arc length stays as stated", k + 1,
-                  result.coils[k].sensor));
     }
   }
   result.line_rms_mm = std::sqrt(beside_square / freedom);
@@ -310,6 +356,7 @@ StraightCatheter measure_straight(const std::vector<CoilRecording>& placements, 
   result.lasting_mm = std::sqrt((beside_square + 2 * squared(kUsualLasting_mm)) / freedom);
   find_mistakes(placements.front(), lines.front(), tip, result);
   place_coils(lines, tip, result);
+  say_unmeasured(lines.front(), result);
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "clients/calibration/registration_findings.hpp"
 #include "clients/calibration/tail_probability.hpp"
 #include "tests/clients/calibration/simulated_markers.hpp"
 
@@ -157,6 +158,30 @@ TEST(MarkerRegistration, TheErrorOfAMarkerLeftOutIsThatOfTheOthers) {
 
   EXPECT_NEAR(left_out[2].error_mm, 5, 1e-9);
   EXPECT_LT(left_out[2].p_value, 1e-6);
+}
+
+// However far off it is: the set does not lie on a line because one marker makes every turn look unknown.
+TEST(MarkerRegistration, AMarkerFarOffIsNamedAsAnOutlier) {
+  for (const double off_mm : {10.0, 25.0, 60.0}) {
+    std::mt19937 random(21);
+    SimulatedMarkers simulated(random, 7, 0.5);
+    simulated.pairs.p_em_mm.col(3) += off_mm * Eigen::Vector3d(0.6, -0.64, 0.48);
+    const JudgedRegistration judged = judge_registration(simulated.pairs, std::nullopt);
+    EXPECT_EQ(judged.outliers, std::vector<std::size_t>{3}) << off_mm;
+    ASSERT_EQ(worst(judged.findings), ReportVerdict::kBad) << off_mm;
+    EXPECT_EQ(judged.findings.back().evidence.rfind("M4 lies", 0), 0U) << judged.findings.back().evidence;
+  }
+}
+
+TEST(MarkerRegistration, MarkersNearlyOnOneLineAreRefused) {
+  std::mt19937 random(22);
+  SimulatedMarkers simulated(random, 6, 0.5);
+  for (int i = 0; i < 6; ++i) {
+    const Eigen::Vector3d p_world_mm(40.0 * i, 0.3 * (i % 2), 0.2 * (i % 3));
+    simulated.pairs.p_world_mm.col(i) = p_world_mm;
+    simulated.pairs.p_em_mm.col(i) = simulated.T_world_em.inverse() * p_world_mm + normal_vector(random, 0.5);
+  }
+  EXPECT_THROW((void)judge_registration(simulated.pairs, std::nullopt), MarkerFileError);
 }
 
 TEST(MarkerRegistration, ThreeMarkersAreEnoughAndTwoAreNot) {

@@ -150,6 +150,26 @@ TEST(PivotCalibration, ATipThatIsNotKnownWellEnoughIsRefused) {
   EXPECT_NE(words_of(judged).find("more than 0.30 mm"), std::string::npos) << words_of(judged);
 }
 
+TEST(PivotCalibration, PositionsInMetresOrInchesAreRefused) {
+  for (const double mm_of_unit : {1000.0, 25.4}) {
+    std::mt19937 random(12);
+    auto poses = PivotMovement{}.poses(random, ProbeFreedom::kFive);
+    for (ProbePose& pose : poses) pose.p_em_mm /= mm_of_unit;
+    const JudgedPivot judged = calibrate_pivot(poses, ProbeFreedom::kFive, 0.5);
+    EXPECT_EQ(worst(judged.findings), ReportVerdict::kBad) << mm_of_unit;
+    EXPECT_NE(words_of(judged).find("write them in mm"), std::string::npos) << words_of(judged);
+  }
+}
+
+TEST(PivotCalibration, ADirectionAwayFromTheTipIsTold) {
+  std::mt19937 random(13);
+  auto poses = PivotMovement{}.poses(random, ProbeFreedom::kFive);
+  for (ProbePose& pose : poses) pose.q_em_probe = rotation_from_z_to(-pose.axis_em());
+  const JudgedPivot judged = calibrate_pivot(poses, ProbeFreedom::kFive, 0.5);
+  EXPECT_EQ(worst(judged.findings), ReportVerdict::kDoubtful);
+  EXPECT_NE(words_of(judged).find("points away from the tip"), std::string::npos) << words_of(judged);
+}
+
 TEST(PivotCalibration, ASoundMeasurementIsHardlyEverCalledAnOutlier) {
   // one in a hundred files by Bonferroni; of directions that err beyond positions some more
   std::mt19937 random(12);

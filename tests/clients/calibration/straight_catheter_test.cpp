@@ -18,9 +18,9 @@ StraightTip touched_tip() {
 }
 
 /// What it is refused with.
-std::string refusal(const std::vector<CoilRecording>& recordings) {
+std::string refusal(const std::vector<CoilRecording>& recordings, const StraightTip& tip = {}) {
   try {
-    measure_straight(recordings, {});
+    measure_straight(recordings, tip);
   } catch (const CalibrationError& error) {
     return error.what();
   }
@@ -183,6 +183,32 @@ TEST(StraightCatheter, AMissingCoilIsToldAndStaysAsStated) {
   EXPECT_FALSE(found.coils[1].was_found);
   EXPECT_DOUBLE_EQ(found.coils[1].found_mm, 90);
   ASSERT_EQ(found.remarks.size(), 1U);
+  EXPECT_EQ(found.remarks[0], "coil 2 (sensor 2) was not measured; its arc length stays as stated");
+}
+
+TEST(StraightCatheter, AMissingCoilBetweenOthersThatMoveIsToldByHowMuch) {
+  auto recording = straight_recording({14, 94, 174, 274, 374}, {0.2, 0, 0.01}, 11);
+  for (SequenceMeasurement& measurement : recording.measurements) {
+    measurement.coils[1] = CoilSample{};
+  }
+  const StraightCatheter found = measure_straight({recording}, touched_tip());
+  ASSERT_EQ(found.remarks.size(), 1U);
+  EXPECT_NE(found.remarks[0].find("although the coils next to it move by +4"), std::string::npos)
+      << found.remarks[0];
+}
+
+// In metres, or touched elsewhere: where it falls on the line says nothing.
+TEST(StraightCatheter, ATipBesideTheLineIsRefused) {
+  const auto recording = straight_recording(kStated, {0.5, 0, 0.01}, 14);
+  StraightTip tip = touched_tip();
+  EXPECT_EQ(refusal({recording}, tip), "not refused");
+  for (const Eigen::Vector3d& wrong_mm :
+       {Eigen::Vector3d(1e-3 * kTip_mm), Eigen::Vector3d(kTip_mm + Eigen::Vector3d(0, 20, 0))}) {
+    tip.p_em_mm = wrong_mm;
+    const std::string words = refusal({recording}, tip);
+    EXPECT_NE(words.find("mm beside the line through the coils"), std::string::npos) << words;
+    EXPECT_NE(words.find("give it in mm"), std::string::npos) << words;
+  }
 }
 
 TEST(StraightCatheter, WithoutAnyCoilItSaysWhatToDo) {
