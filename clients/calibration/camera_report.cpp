@@ -124,19 +124,22 @@ std::string camera_report(const CameraFindings& findings) {
   for (const CameraStatement& statement : findings.statements)
     page.verdict(statement.verdict, statement.words);
   const double exaggeration = exaggeration_of(findings);
-  constexpr double kFigure_px = 330;
+  const std::vector<double> lengths = residuals_px(findings);
+  constexpr double kFigure_px = 300;
   page.figure(
       kFigure_px,
-      "Image 1: shadows found (grey rings), balls projected (green), left out (red). Lines: what is left, " +
-          decimals(exaggeration, 0) + " times as long; pale: the other images.",
-      [&](Svg& svg, const ReportPage::Room& room) { draw_points(findings, exaggeration, svg, room); });
+      "Left, image 1: shadows found (grey rings), balls projected (green), left out (red). Lines: what is "
+      "left, " +
+          decimals(exaggeration, 0) +
+          " times as long; pale: the other images. Right: points by their distance from where they project.",
+      [&](Svg& svg, const ReportPage::Room& room) {
+        draw_points(findings, exaggeration, svg, {room.corner, 0.5 * room.width, room.height});
+        const SvgPoint right{room.corner.x + 0.55 * room.width, room.corner.y};
+        draw_bars(svg, {right, 0.45 * room.width, room.height}, histogram(lengths), "");
+      });
   page.heading("What was found");
   page.table({"of image 1", "value", "std. dev.", "unit"}, numbers(findings));
   add_c_arm(findings, page);
-  const std::vector<double> lengths = residuals_px(findings);
-  constexpr double kHistogram_px = 150;
-  page.figure(kHistogram_px, "Points by their distance from where they project",
-              [&](Svg& svg, const ReportPage::Room& room) { draw_bars(svg, room, histogram(lengths), ""); });
   return page.str();
 }
 
