@@ -275,7 +275,7 @@ CalibrationFinding check_units(const PivotCalibration& pivot, const Poses& poses
 /// A coil of five degrees of freedom points along the probe, toward its tip.
 CalibrationFinding check_direction(const PivotCalibration& pivot) {
   const double along_mm = pivot.tip_offset_mm.z();
-  if (pivot.freedom == ProbeFreedom::kFive && along_mm < 0) {
+  if (along_mm < 0) {
     return {"direction", ReportVerdict::kDoubtful,
             formatted("the tip lies %.1f mm behind the coil", -along_mm),
             "the coil's direction points away from the tip: right where it is mounted so and its directions "
@@ -352,9 +352,11 @@ JudgedPivot calibrate_pivot(const std::vector<ProbePose>& poses, ProbeFreedom fr
   }
   judged.findings.push_back({"count", ReportVerdict::kGood, count, ""});
   judged.pivot = fitted(seen, freedom);
-  for (CalibrationFinding finding :
-       {check_turn(judged.pivot), check_units(judged.pivot, seen), check_outliers(judged.pivot),
-        check_sigma(judged.pivot, max_sigma_mm), check_across(judged.pivot), check_direction(judged.pivot)}) {
+  std::vector<CalibrationFinding> checks{check_turn(judged.pivot), check_units(judged.pivot, seen),
+                                         check_outliers(judged.pivot),
+                                         check_sigma(judged.pivot, max_sigma_mm), check_across(judged.pivot)};
+  if (freedom == ProbeFreedom::kFive) checks.push_back(check_direction(judged.pivot));
+  for (CalibrationFinding& finding : checks) {
     judged.findings.push_back(std::move(finding));
     if (judged.findings.back().verdict == ReportVerdict::kBad) break;
   }

@@ -33,6 +33,7 @@ const std::vector<Verb> kVerbs{
     {tubed::add_latency, "Watch a daemon", "tubectl latency --seconds 10"},
     {tubed::add_status, "Watch a daemon", "tubectl status"},
     {tubed::add_top, "Watch a daemon", "tubectl top"},
+    {tubed::add_record, "Watch a daemon", "tubectl record run-1 --seconds 30"},
 #ifdef TUBED_CALIBRATES
     {tubed::add_pivot, "Calibrate a room", "tubectl pivot --live --instrument probe --out tip.toml"},
     {tubed::add_register, "Calibrate a room",

@@ -34,6 +34,7 @@ CommandLine add_check(CommandLine app, int& exit_code);
 CommandLine add_reconstruct(CommandLine app, int& exit_code);
 CommandLine add_evaluate(CommandLine app, int& exit_code);
 CommandLine add_explain(CommandLine app, int& exit_code);
+CommandLine add_record(CommandLine app, int& exit_code);
 CommandLine add_grab(CommandLine app, int& exit_code);
 CommandLine add_configure(CommandLine app, int& exit_code);
 CommandLine add_keys(CommandLine app, int& exit_code);

@@ -9,6 +9,7 @@
 #include "clients/cpp/topic_reader.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "clients/tubectl/watch/em_measurement.hpp"
 #include "daemon/config/load_configuration.hpp"
 
 namespace tubed {
@@ -61,28 +62,6 @@ InstrumentDescription identity_of(const CoilSourceOptions& options) {
         "recordings to calibrate from files");
   }
   return instrument_of(*identity);
-}
-
-/// The samples in a measurement come in the instrument's order, a configured coil may be any sensor.
-SequenceMeasurement measurement_of(const tubed_EmSamples& samples, const InstrumentDescription& instrument,
-                                   double t_s) {
-  SequenceMeasurement measurement;
-  measurement.t_s = t_s;
-  measurement.em_frame = samples.tracker_frame;
-  const std::size_t count = std::min({static_cast<std::size_t>(samples.coil_count), instrument.coils.size(),
-                                      static_cast<std::size_t>(kMaxTrackerCoils)});
-  for (std::size_t k = 0; k < count; ++k) {
-    const tubed_EmCoil& coil = samples.coils[k];
-    const int sensor = instrument.coils[k].sensor;
-    CoilSample& sample = measurement.coils.at(static_cast<std::size_t>(sensor - 1));
-    sample.status = coil.status == 1 ? CoilStatus::kOk : CoilStatus::kMissing;
-    sample.p_em_mm = Eigen::Map<const Eigen::Vector3d>(coil.p_em_mm);
-    // Published toward the tip, however the coil is mounted; in a recording it is as measured.
-    sample.tangent_em =
-        (instrument.coils[k].flipped ? -1 : 1) * Eigen::Map<const Eigen::Vector3d>(coil.tangent_em);
-    measurement.coil_count = std::max(measurement.coil_count, sensor);
-  }
-  return measurement;
 }
 
 CoilRecording listen(const CoilSourceOptions& options, const std::string& config) {

@@ -1,0 +1,82 @@
+// Writes what sources give, as it comes, into a sequence folder.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <variant>
+
+#include "drivers/interface/image_source.hpp"
+#include "drivers/interface/room.hpp"
+#include "drivers/replay/sequence_writer.hpp"
+
+namespace tubed {
+
+/// What threads hand over is written by a thread of its own, in the order of time: a source may be half a
+/// second behind another one. Pictures wait in memory while the disk is busy, up to kMaxWaiting_bytes.
+class RunRecorder {
+ public:
+  static constexpr std::size_t kMaxWaiting_bytes = std::size_t{2} << 30U;
+
+  /// As SequenceWriter's constructor; time 0 of the folder is `begin`.
+  RunRecorder(const std::filesystem::path& folder, const std::string& note, const RoomDescription& room,
+              MonotonicTime begin);
+  /// Without finish() what waits is dropped.
+  ~RunRecorder();
+  RunRecorder(const RunRecorder&) = delete;
+  RunRecorder& operator=(const RunRecorder&) = delete;
+
+  /// `t_s` of the measurement is set. What is older than `begin`, or was overtaken by more than half a
+  /// second, is left out, as is all that comes after a failure. Both from any thread.
+  void add(MonotonicTime measured, SequenceMeasurement measurement);
+  void add(int camera, const ImageFrame& image);
+
+  struct Counts {
+    std::uint64_t measurements = 0;                   ///< written
+    std::array<std::uint64_t, kMaxCameras> images{};  ///< of each camera, instants without radiation included
+    std::uint64_t late = 0;                           ///< left out, because they came too late
+    std::size_t waiting_bytes = 0;
+    bool has_failed = false;
+  };
+  [[nodiscard]] Counts counts() const;
+
+  /// Writes what waits. Throws SequenceError for whatever went wrong since the beginning; what was written
+  /// before stays.
+  void finish();
+
+ private:
+  struct Exposure {
+    int camera = 0;
+    bool fluoroscopy_on = false;
+    GreyImage image;
+    std::optional<ViewGeometry> geometry;
+  };
+  using Item = std::variant<SequenceMeasurement, Exposure>;
+
+  void add(MonotonicTime at, Item item, std::size_t bytes);
+  void run();
+  void write(MonotonicTime at, const Item& item);
+
+  SequenceWriter writer_;
+  MonotonicTime begin_;
+  std::uint32_t next_frame_ = 0;
+  mutable std::mutex mutex_;
+  std::condition_variable news_;
+  std::multimap<MonotonicTime, Item> waiting_;
+  MonotonicTime newest_{};
+  MonotonicTime written_until_{};
+  Counts counts_;
+  std::exception_ptr failure_;
+  bool is_over_ = false;
+  bool is_dropped_ = false;
+  std::thread thread_;
+};
+
+}  // namespace tubed

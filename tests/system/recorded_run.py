@@ -1,0 +1,101 @@
+"""A run that a daemon's tracker and fluoroscope gave is recorded, and the recording is what was played."""
+import csv
+import math
+import signal
+import statistics
+import subprocess
+import time
+
+import bed as beds
+import calm
+import sequences
+from bed import check, say
+from replayed_sequence import offline_shapes
+from shared_memory import Grabber, configuration_of
+
+SECONDS = 4
+START_IN_S = 4  # until then daemon, grabber and recorder have found each other
+EXIT_OK, EXIT_FAILED, EXIT_UNAVAILABLE = 0, 1, 69
+
+
+def rows_of(file):
+    with open(file, encoding="utf-8", newline="") as rows:
+        return list(csv.DictReader(rows))
+
+
+def recorder(bed, *arguments, config="tubed-1.toml"):
+    """A tubectl record of the bed's daemon, which ends with the bed."""
+    process = subprocess.Popen([bed.program("tubectl"), "record", str(bed.folder / "run"), "--config", str(bed.folder / config),
+                                *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=calm.die_with_parent)
+    bed.closing.callback(process.kill)
+    return process
+
+
+def by_place(rows):
+    """Measured positions, by frame and sensor."""
+    return {(int(row["em_frame"]), int(row["sensor"])): [float(row[axis]) for axis in "xyz"] for row in rows if row["status"] == "OK"}
+
+
+def played_and_recorded(bed, *arguments):
+    folder = bed.folder / "played"
+    sequences.write_sequence(folder, SECONDS, off_frames=(10, 11), image_rate_hz=15)
+    start_ns = time.monotonic_ns() + START_IN_S * 1_000_000_000
+    bed.start_daemon(configuration_of(bed, folder, "image_shm", start_ns))
+    Grabber(bed, folder, "--start-monotonic-ns", str(start_ns))
+    process = recorder(bed, *arguments)
+    time.sleep((start_ns - time.monotonic_ns()) * 1e-9 + SECONDS + 1)
+    process.send_signal(signal.SIGINT)
+    words = process.communicate(timeout=20)[1]
+    say(words.strip().splitlines()[-2])
+    return folder, process.returncode, words
+
+
+def a_run_that_is_recorded_is_the_run_that_was_played(bed):
+    folder, code, words = played_and_recorded(bed)
+    check(code == EXIT_OK and "next: tubectl check" in words, words)
+    run = bed.folder / "run"
+
+    played, recorded = (by_place(rows_of(each / "em.csv")) for each in (folder, run))
+    common = played.keys() & recorded.keys()
+    check(len(common) >= 0.95 * len(played), f"{len(common)} of {len(played)} coils of measurements")
+    check(all(math.dist(played[key], recorded[key]) < 1e-9 for key in common), "coils lie elsewhere in the recording")
+
+    frames, kept = (rows_of(each / "frames.csv") for each in (folder, run))
+    check(len(kept) >= 0.95 * len(frames), f"{len(kept)} of {len(frames)} images")
+    check(sum(not row["file"] for row in kept) == 2, "two instants had no radiation")
+    offsets_s = [float(row["t_s"]) - float(frames[len(frames) - len(kept) + i]["t_s"]) for i, row in enumerate(kept)]
+    check(max(offsets_s) - min(offsets_s) < 1e-6, f"exposures are not as far apart as they were played: {offsets_s[:3]}")
+    first = {int(row["em_frame"]): float(row["t_s"]) for row in rows_of(folder / "em.csv")}
+    coil_offsets_s = [float(row["t_s"]) - first[int(row["em_frame"])] for row in rows_of(run / "em.csv")]
+    check(max(abs(offset_s - offsets_s[0]) for offset_s in coil_offsets_s) < 1e-6, "coils and images are not of one clock")
+
+    shapes = [list(offline_shapes(bed, each, "joint").values()) for each in (folder, run)]
+    apart_mm = [math.dist(a[1], b[1]) for before, after in zip(*(of[-20:] for of in shapes)) for a, b in zip(before[1], after[1])]
+    say(f"shapes of the recording lie {statistics.median(apart_mm):.5f} mm from those of what was played, {max(apart_mm):.5f} at most")
+    check(len(apart_mm) > 1000 and max(apart_mm) < 0.01, "images or coils are others")
+    check(recorder(bed).communicate(timeout=20)[1].count("is there already and not empty") == 1, "it would have written over a run")
+
+
+def what_cannot_be_recorded_is_told(bed):
+    bed.write("tubed.toml", bed.simulation())
+    process = recorder(bed, "--seconds", "1", config="tubed.toml")
+    words = process.communicate(timeout=20)[1]
+    check(process.returncode == EXIT_FAILED and "has the driver simulation, whose images one program reads" in words
+          and "--without-images" in words, words)
+    process = recorder(bed, "--seconds", "1", "--without-images", config="tubed.toml")
+    words = process.communicate(timeout=20)[1]
+    check(process.returncode == EXIT_UNAVAILABLE and "no daemon published coils" in words, f"{process.returncode}: {words}")
+
+
+def coils_alone_are_recorded_and_calibrated_with(bed):
+    bed.tracked()
+    process = recorder(bed, "--seconds", "6", "--without-images")
+    words = process.communicate(timeout=30)[1]
+    check(process.returncode == EXIT_OK, words)
+    done = bed.tubectl("calibrate", "noise", "--moving", str(bed.folder / "run"))
+    check("sigma_position_mm" in done.stdout + done.stderr, f"{done.returncode}: {done.stdout}{done.stderr}")
+
+
+if __name__ == "__main__":
+    beds.main(a_run_that_is_recorded_is_the_run_that_was_played, what_cannot_be_recorded_is_told,
+              coils_alone_are_recorded_and_calibrated_with)
