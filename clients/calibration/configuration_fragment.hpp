@@ -48,20 +48,23 @@ struct ChangedValue {
   std::string path;
   std::string before;  ///< as it stands in the file; empty: it was not there
   std::string after;
+  /// "[camera.c_arm]": the table that takes its place; then it is commented out, and `after` is empty.
+  std::string replaced_by{};
 };
 
 /// A configuration with a fragment put in.
 struct AcceptedFragment {
   std::string text;                   ///< the whole file
-  std::vector<ChangedValue> changes;  ///< those of `fragment.values` that differ; empty: `text` is as before
+  std::vector<ChangedValue> changes;  ///< what differs; empty: `text` is as before
 };
 
 /// Puts the fragment's values into the text of a configuration file: a value that is there is replaced where
 /// it stands, and everything else, comments too, stays as it is; one that is not goes to the end of its
-/// table; a comment above says who found it and when. `file` names the file in messages. Throws FragmentError
-/// for text that is no TOML, for an element of a list that the file does not have (it names those there are),
-/// and for a camera's pose or focal length where [camera.c_arm] makes them. Does not ask whether the result
-/// is a valid configuration.
+/// table; a comment above says who found it and when. A camera that gets c_arm keeps what that replaces (fx,
+/// fy, T_camera_world) as comments. `file` names the file in messages. Throws FragmentError for text that is
+/// no TOML, for an element of a list that the file does not have (it names those there are), and for a
+/// camera's pose or focal length where [camera.c_arm] makes them. Does not ask whether the result is a valid
+/// configuration.
 AcceptedFragment accept(std::string_view configuration, const std::string& file,
                         const ConfigurationFragment& fragment);
 

@@ -12,6 +12,7 @@
 #include "clients/calibration/value_path.hpp"
 #include "daemon/config/load_configuration.hpp"
 #include "drivers/interface/toml_nesting.hpp"
+#include "idl/geometry/camera.hpp"
 
 namespace tubed {
 
@@ -133,12 +134,6 @@ FoundTable find_table(const toml::table& root, const ValuePath& path, const std:
   return found;
 }
 
-void refuse_what_the_c_arm_makes(const toml::table& table, const std::string& key, const std::string& file) {
-  if (table.contains("c_arm") && (key == "fx" || key == "fy" || key == "T_camera_world")) {
-    refuse(file, key + " follows from [camera.c_arm] there: remove that table first, or calibrate the C-arm");
-  }
-}
-
 /// The last line that belongs to the table itself, not to tables inside of it.
 std::size_t last_line_of(const toml::table& table) {
   std::size_t line = table.source().begin.line;
@@ -150,6 +145,29 @@ std::size_t last_line_of(const toml::table& table) {
     }
   }
   return line;
+}
+
+/// The keys of a camera that this table beside them takes the place of.
+std::vector<std::string> keys_replaced_by(const std::string& table) {
+  std::vector<std::string> names;
+  for (const BoundKey<CameraCalibration>& bound : camera_keys()) {
+    if (bound.key.replaced_by == table) {
+      names.push_back(bound.key.name);
+    }
+  }
+  return names;
+}
+
+void refuse_what_the_c_arm_makes(const toml::table& table, const ValuePath& path, const std::string& file) {
+  const toml::node* c_arm = path.tables.back().table == "camera" ? table.get("c_arm") : nullptr;
+  const std::vector<std::string> made = keys_replaced_by("c_arm");
+  if (c_arm != nullptr && std::find(made.begin(), made.end(), path.key) != made.end()) {
+    const std::size_t line = c_arm->source().begin.line;
+    const std::size_t last = c_arm->is_table() ? last_line_of(*c_arm->as_table()) : line;
+    refuse(file + ":" + std::to_string(line),
+           path.key + " follows from [camera.c_arm] there: comment out lines " + std::to_string(line) +
+               " to " + std::to_string(last) + " first, or calibrate the C-arm");
+  }
 }
 
 class Acceptance {
@@ -166,8 +184,20 @@ class Acceptance {
     } else if (const toml::node* old = table.table->get(path.key)) {
       replace(*old, path, found);
     } else {
-      refuse_what_the_c_arm_makes(*table.table, path.key, file_);
+      refuse_what_the_c_arm_makes(*table.table, path, file_);
       add(*table.table, path, found);
+    }
+  }
+
+  /// A camera's keys that a table which was found takes the place of stay in the file as comments.
+  void comment_out_what_it_replaces(const FoundValue& found) {
+    const ValuePath path = parse_value_path(found.path);
+    if (path.tables.size() < 2 || path.tables.front().table != "camera") {
+      return;
+    }
+    const std::string& table = path.tables[1].table;
+    for (const std::string& key : keys_replaced_by(table)) {
+      comment_out({{path.tables.front()}, key}, table, found.path.substr(0, found.path.find(']') + 1));
     }
   }
 
@@ -233,6 +263,30 @@ class Acceptance {
     changes_.push_back({found.path, "", value_text(found.value, 0)});
   }
 
+  void comment_out(const ValuePath& path, const std::string& replaced_by, const std::string& camera) {
+    const toml::table root = parsed(text_, file_);
+    const toml::table& table = *find_table(root, path, file_).table;
+    const toml::node* old = table.get(path.key);
+    if (old == nullptr) {
+      return;
+    }
+    const Lines lines(text_);
+    const auto [begin, end] = std::pair{old->source().begin, old->source().end};
+    if (table.is_inline()) {
+      refuse(file_ + ":" + std::to_string(begin.line),
+             path.key + " is written in braces: take it out there yourself, " + replaced_by + " replaces it");
+    }
+    const std::size_t offset = lines.offset_of(begin);
+    changes_.push_back({camera + "." + path.key, text_.substr(offset, lines.offset_of(end) - offset), "",
+                        "[" + path.tables.back().table + "." + replaced_by + "]"});
+    for (std::size_t line = end.line; line > begin.line; --line) {
+      text_.insert(lines.begin_of(line), "# ");
+    }
+    const std::size_t line_end = std::min(text_.find_first_of("\r\n", offset), text_.size());
+    text_.insert(line_end, "  # replaced by " + replaced_by);
+    text_.insert(lines.begin_of(begin.line), "# ");
+  }
+
   void append(const std::string& written) {
     text_ += (text_.empty() || text_.back() == '\n' ? "" : "\n") + written;
   }
@@ -267,6 +321,9 @@ AcceptedFragment accept(std::string_view configuration, const std::string& file,
   Acceptance acceptance(configuration, file, fragment);
   for (const FoundValue& found : fragment.values) {
     acceptance.take(found);
+  }
+  for (const FoundValue& found : fragment.values) {
+    acceptance.comment_out_what_it_replaces(found);
   }
   AcceptedFragment accepted = acceptance.result();
   parsed(accepted.text, file + ", with what was found,");

@@ -23,7 +23,10 @@ void show(const AcceptedFragment& accepted, const std::string& file) {
   for (const ChangedValue& change : accepted.changes) {
     std::cerr << "  " << change.path << '\n'
               << "    is        " << (change.before.empty() ? "not there" : change.before) << '\n'
-              << "    would be  " << change.after << '\n';
+              << "    would be  "
+              << (change.replaced_by.empty() ? change.after
+                                             : "commented out: " + change.replaced_by + " takes its place")
+              << '\n';
   }
 }
 

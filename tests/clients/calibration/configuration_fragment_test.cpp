@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "daemon/config/sample_configuration.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
@@ -220,6 +221,61 @@ TEST(ConfigurationFragment, RefusesWhatCannotBePutInWithoutGuessing) {
   for (const char* const path : {"fx", ".fx", "camera[].fx", "camera[A.fx", "a..b", "a.b[1]"}) {
     EXPECT_NE(refusal({{path, 1.0}}), "accepted") << path;
   }
+}
+
+TEST(ConfigurationFragment, WhatAFoundCArmReplacesIsCommentedOut) {
+  const std::string text =
+      "[[camera]]\nname = \"A\"\nT_camera_world = [[1, 0, 0, 0],\n  [0, 1, 0, 0], # y\n  [0, 0, 1, 1200], "
+      "[0, 0, 0, 1]] # by eye\nfx = 2000.0\r\ncx = 200.0\n[[camera]]\nname = \"B\"\nfx = 9.0";
+  const AcceptedFragment accepted =
+      accept(text, "tubed.toml", fragment_of({{"camera[A].c_arm.zoom", 1.5}, {"camera[A].cx", 201.0}}));
+
+  EXPECT_NE(
+      accepted.text.find("# T_camera_world = [[1, 0, 0, 0],  # replaced by c_arm\n#   [0, 1, 0, 0], # y\n"
+                         "#   [0, 0, 1, 1200], [0, 0, 0, 1]] # by eye\n"
+                         "# fx = 2000.0  # replaced by c_arm\r\n"),
+      std::string::npos)
+      << accepted.text;
+  const toml::table parsed = toml::parse(accepted.text);
+  EXPECT_FALSE(parsed["camera"][0]["fx"] || parsed["camera"][0]["T_camera_world"]);
+  EXPECT_EQ(parsed["camera"][0]["cx"].value<double>(), 201.0);
+  EXPECT_EQ(parsed["camera"][0]["c_arm"]["zoom"].value<double>(), 1.5);
+  EXPECT_EQ(parsed["camera"][1]["fx"].value<double>(), 9.0);
+  ASSERT_EQ(accepted.changes.size(), 4U);
+  EXPECT_EQ(accepted.changes[2].path + accepted.changes[2].before + accepted.changes[2].replaced_by,
+            "camera[A].fx2000.0[camera.c_arm]");
+  EXPECT_EQ(accepted.changes[3].path, "camera[A].T_camera_world");
+}
+
+TEST(ConfigurationFragment, WhatALastCameraLosesNeedsNoLastLineBreak) {
+  const std::string text = accept("[[camera]]\n[camera.c_arm]\nzoom = 1.0\n[[camera]]\nfx = 9.0",
+                                  "tubed.toml", fragment_of({{"camera[2].c_arm.zoom", 2.0}}))
+                               .text;
+
+  EXPECT_FALSE(toml::parse(text)["camera"][1]["fx"]) << text;
+  EXPECT_EQ(toml::parse(text)["camera"][1]["c_arm"]["zoom"].value<double>(), 2.0) << text;
+}
+
+TEST(ConfigurationFragment, ACArmIsAcceptedIntoTheSampleConfiguration) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "tubed.toml";
+  std::ofstream(file) << sample_configuration({});
+
+  const AcceptedFragment accepted =
+      accept_into(file, fragment_of({{"camera[A].c_arm.source_detector_mm", 1100.0},
+                                     {"camera[A].c_arm.source_isocentre_mm", 750.0},
+                                     {"camera[A].c_arm.pixel_pitch_mm", 0.2}}));
+
+  EXPECT_NE(accepted.text.find("\n# fx = 2000.0  # replaced by c_arm\n"), std::string::npos);
+  EXPECT_EQ(accepted.changes.size(), 6U);
+}
+
+TEST(ConfigurationFragment, TheLinesOfACArmThatMakesAFoundValueAreNamed) {
+  EXPECT_EQ(
+      refusal({{"camera[A].T_camera_world", shifted(1)}},
+              "[[camera]]\nname = \"A\"\n[camera.c_arm]\nzoom = 1.0\ntable_mm = [0,\n0, 0]\n[em]\na = 1\n"),
+      "tubed.toml:3: T_camera_world follows from [camera.c_arm] there: comment out lines 3 to 6 first, or "
+      "calibrate the C-arm");
 }
 
 TEST(ConfigurationFragment, AResultThatWouldBeNoConfigurationIsRefusedInItsWords) {
