@@ -9,6 +9,8 @@ namespace tubed {
 
 namespace {
 
+constexpr const char* kHeading = "What becomes of it";
+
 void write_file(const std::string& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
@@ -46,14 +48,17 @@ void write(const AcceptedFragment& accepted, const std::string& file) {
 
 }  // namespace
 
-void add_accept_options(CommandLine verb, AcceptOptions& options) {
-  const char* const heading = "What becomes of it";
+void add_fragment_options(CommandLine verb, AcceptOptions& options) {
   verb.add_option("--config", options.config,
                   "Configuration that takes what was found; shown and asked before")
-      .group(heading);
-  verb.add_flag("--yes", options.yes, "Write into --config without asking").group(heading);
-  verb.add_option("--out", options.out, "File for what was found, as a fragment of TOML").group(heading);
-  verb.add_option("--report", options.report, "File for a page about it, SVG").group(heading);
+      .group(kHeading);
+  verb.add_flag("--yes", options.yes, "Write into --config without asking").group(kHeading);
+  verb.add_option("--out", options.out, "File for what was found, as a fragment of TOML").group(kHeading);
+}
+
+void add_accept_options(CommandLine verb, AcceptOptions& options) {
+  add_fragment_options(verb, options);
+  verb.add_option("--report", options.report, "File for a page about it, SVG").group(kHeading);
 }
 
 int offer(const ConfigurationFragment& fragment, const AcceptOptions& options) {

@@ -16,6 +16,10 @@ struct AcceptOptions {
   std::string report;  ///< a file for the page, SVG; empty: none
 };
 
+/// Adds --config, --yes and --out to `verb`, which makes no page; they write into `options`, which has to
+/// outlive it.
+void add_fragment_options(CommandLine verb, AcceptOptions& options);
+
 /// Adds --config, --yes, --out and --report to `verb`; they write into `options`, which has to outlive it.
 void add_accept_options(CommandLine verb, AcceptOptions& options);
 
