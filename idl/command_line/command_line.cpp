@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "idl/settings/near_miss.hpp"
@@ -128,6 +129,18 @@ Argument& Argument::in_range(std::int64_t min, std::int64_t max) {
 
 Argument& Argument::in_range(double min, double max) {
   option_->check(CLI::Range(min, max));
+  return *this;
+}
+
+Argument& Argument::in_range(double min, double max, const std::string& unit) {
+  std::ostringstream range;
+  range << min << " to " << max << ' ' << unit;
+  const auto complaint = [min, max, words = range.str()](const std::string& text) {
+    double value = 0;
+    const bool is_in = CLI::detail::lexical_cast(text, value) && value >= min && value <= max;
+    return is_in ? std::string() : "expected " + words + ", found " + text;
+  };
+  option_->check(complaint, range.str());
   return *this;
 }
 

@@ -39,6 +39,8 @@ class Argument {
   Argument& in_range(int min, int max);
   Argument& in_range(std::int64_t min, std::int64_t max);
   Argument& in_range(double min, double max);
+  /// The same with the unit in the words that refuse, and no NaN.
+  Argument& in_range(double min, double max, const std::string& unit);
   Argument& positive();
   Argument& is_member(const std::vector<std::string>& words);
   Argument& existing_directory();

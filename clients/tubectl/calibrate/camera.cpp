@@ -1,6 +1,7 @@
 // tubectl calibrate camera: intrinsics, distortion and pose from images of a phantom.
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -45,6 +46,11 @@ std::vector<GantryAngles> angles_from(const std::string& text) {
         numbers.peek() != EOF) {
       throw PhantomError("--angles: \"" + pair +
                          "\" is no pair of angles; write primary,secondary:primary,secondary");
+    }
+    if (std::abs(one.primary_deg) > 180 || std::abs(one.secondary_deg) > 90) {
+      throw PhantomError("--angles: \"" + pair +
+                         "\": expected a primary angle of -180 to 180 deg and a secondary "
+                         "one of -90 to 90 deg");
     }
     angles.push_back(one);
   }
@@ -140,6 +146,12 @@ int calibrate(const CameraOptions& options) {
   if (options.phantom.empty() == options.board.empty()) {
     throw PhantomError("give --phantom FILE with the places of steel balls, or --board with --square");
   }
+  if (options.source_detector_mm && options.source_isocentre_mm &&
+      *options.source_isocentre_mm >= *options.source_detector_mm) {
+    throw PhantomError(
+        "--source-isocentre has to be less than --source-detector: the isocentre lies between source and "
+        "detector");
+  }
   const CameraSettings settings = settings_of(options);
   const std::vector<CalibrationPicture> pictures = pictures_of(options);
   const CameraFindings findings =
@@ -174,6 +186,25 @@ int saying_what_is_wrong(const CameraOptions& options) {
   }
 }
 
+// A source's distances and a focal length that go with the configuration's c_arm and the pitches here.
+constexpr double kMinDistance_mm = 100, kMaxDistance_mm = 3000;
+constexpr double kMinPitch_mm = 0.02, kMaxPitch_mm = 2;
+
+void add_physical_options(CommandLine verb, CameraOptions& options) {
+  verb.add_option("--square", options.square_mm, "Side of the board's squares, mm")
+      .in_range(0.1, 1000.0, "mm");
+  verb.add_option("--angles", options.angles,
+                  "Of a C-arm, deg, an image each: primary,secondary:primary,...");
+  verb.add_option("--pitch", options.pixel_pitch_mm, "Of the image's pixels at the detector, mm")
+      .in_range(kMinPitch_mm, kMaxPitch_mm, "mm");
+  verb.add_option("--source-detector", options.source_detector_mm, "As the console says, mm: for comparison")
+      .in_range(kMinDistance_mm, kMaxDistance_mm, "mm");
+  verb.add_option("--source-isocentre", options.source_isocentre_mm, "As the console says, mm: held")
+      .in_range(kMinDistance_mm, kMaxDistance_mm, "mm");
+  verb.add_option("--focal", options.focal_px, "Focal length that is known, px: held")
+      .in_range(kMinDistance_mm / kMaxPitch_mm, kMaxDistance_mm / kMinPitch_mm, "px");
+}
+
 }  // namespace
 
 CommandLine add_calibrate_camera(CommandLine app, int& exit_code) {
@@ -186,14 +217,7 @@ CommandLine add_calibrate_camera(CommandLine app, int& exit_code) {
   verb.add_option("--camera", options->camera, "Its name in the configuration").required();
   verb.add_option("--phantom", options->phantom, "Phantom of steel balls: places and diameters, TOML");
   verb.add_option("--board", options->board, "Chequerboard instead: inner corners, COLUMNSxROWS");
-  verb.add_option("--square", options->square_mm, "Side of the board's squares, mm").in_range(0.1, 1000.0);
-  verb.add_option("--angles", options->angles,
-                  "Of a C-arm, deg, an image each: primary,secondary:primary,...");
-  verb.add_option("--pitch", options->pixel_pitch_mm, "Of the image's pixels at the detector, mm");
-  verb.add_option("--source-detector", options->source_detector_mm,
-                  "As the console says, mm: for comparison");
-  verb.add_option("--source-isocentre", options->source_isocentre_mm, "As the console says, mm: held");
-  verb.add_option("--focal", options->focal_px, "Focal length that is known, px: held");
+  add_physical_options(verb, *options);
   verb.add_flag("--mirrored", options->mirrored, "Images come as seen from the detector");
   verb.add_option("--balls", options->polarity, "dark, bright or either")
       .is_member({"dark", "bright", "either"})
