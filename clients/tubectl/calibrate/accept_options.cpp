@@ -46,6 +46,21 @@ void write(const AcceptedFragment& accepted, const std::string& file) {
             << "`, then `systemctl restart tubed`; a camera's pose alone takes `systemctl reload tubed`.\n";
 }
 
+int put_into_configuration(const ConfigurationFragment& fragment, const AcceptOptions& options) {
+  const AcceptedFragment accepted = accept_into(options.config, fragment);
+  if (accepted.changes.empty()) {
+    std::cerr << options.config << " says this already.\n";
+    return kExitOk;
+  }
+  show(accepted, options.config);
+  if (!options.yes && !is_wanted(options.config)) {
+    std::cerr << "Nothing was written.\n";
+    return kExitOk;
+  }
+  write(accepted, options.config);
+  return kExitOk;
+}
+
 }  // namespace
 
 void add_fragment_options(CommandLine verb, AcceptOptions& options) {
@@ -67,21 +82,23 @@ int offer(const ConfigurationFragment& fragment, const AcceptOptions& options) {
   if (!options.out.empty()) {
     write_file(options.out, text);
   }
+  return options.config.empty() ? kExitOk : put_into_configuration(fragment, options);
+}
+
+int offer_beside_json(const ConfigurationFragment& fragment, const AcceptOptions& options) {
+  std::cout << std::flush;
+  if (!options.out.empty()) {
+    write_file(options.out, to_toml(fragment));
+  }
   if (options.config.empty()) {
     return kExitOk;
   }
-  const AcceptedFragment accepted = accept_into(options.config, fragment);
-  if (accepted.changes.empty()) {
-    std::cerr << options.config << " says this already.\n";
+  if (!options.yes) {
+    std::cerr << "Nothing was written into " << options.config
+              << ": with --json nobody is asked; add --yes to write it, or leave out --json to be asked.\n";
     return kExitOk;
   }
-  show(accepted, options.config);
-  if (!options.yes && !is_wanted(options.config)) {
-    std::cerr << "Nothing was written.\n";
-    return kExitOk;
-  }
-  write(accepted, options.config);
-  return kExitOk;
+  return put_into_configuration(fragment, options);
 }
 
 void write_report(const std::string& svg, const AcceptOptions& options) {

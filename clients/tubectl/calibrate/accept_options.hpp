@@ -29,6 +29,10 @@ void add_accept_options(CommandLine verb, AcceptOptions& options);
 /// What cannot be written is thrown as std::exception.
 int offer(const ConfigurationFragment& fragment, const AcceptOptions& options);
 
+/// The same after --json has printed what was found: standard output is left to that, and nobody is asked:
+/// --config takes it with --yes alone, and without is said to have not.
+int offer_beside_json(const ConfigurationFragment& fragment, const AcceptOptions& options);
+
 /// Writes the page to --report, where one was asked for, and says so on standard error.
 void write_report(const std::string& svg, const AcceptOptions& options);
 

@@ -168,13 +168,13 @@ int calibrate(const CameraOptions& options) {
   write_report(camera_report(findings), options.accept);
   if (options.json == "-") {
     std::cout << json_of(findings).dump(2) << '\n';
-    return findings.is_usable() ? kExitOk : kExitFailed;
   }
   if (!findings.is_usable()) {
     std::cerr << "Nothing is offered before that is put right.\n";
     return kExitFailed;
   }
-  return offer(fragment_of(findings), options.accept);
+  const ConfigurationFragment fragment = fragment_of(findings);
+  return options.json == "-" ? offer_beside_json(fragment, options.accept) : offer(fragment, options.accept);
 }
 
 int saying_what_is_wrong(const CameraOptions& options) {

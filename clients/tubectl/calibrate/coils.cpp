@@ -77,7 +77,7 @@ int calibrate_straight(const CoilsOptions& options) {
     std::cerr << "tubectl: repair this first; nothing is offered\n";
     return kExitBadData;
   }
-  return options.json == "-" ? kExitOk : offer(fragment, options.accept);
+  return options.json == "-" ? offer_beside_json(fragment, options.accept) : offer(fragment, options.accept);
 }
 
 }  // namespace

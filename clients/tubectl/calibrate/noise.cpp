@@ -96,7 +96,7 @@ int report_noise(const Noise& noise, const NoiseOptions& options) {
   write_report(page_of(noise, field ? &*field : nullptr, fragment), options.accept);
   if (options.json == "-") {
     std::cout << json_of(noise, field ? &*field : nullptr).dump(2) << '\n';
-    return kExitOk;
+    return offer_beside_json(fragment, options.accept);
   }
   if (field) {
     print_bands(*field);

@@ -161,7 +161,7 @@ int register_em(const RegisterOptions& options) {
   const bool is_bad = worst(judged.findings) == ReportVerdict::kBad;
   if (options.json == "-") {
     std::cout << to_json(judged, context).dump(2) << '\n';
-    return is_bad ? kExitBadData : kExitOk;
+    return is_bad ? kExitBadData : offer_beside_json(fragment_of(judged, context), options.accept);
   }
   std::cerr << to_text(judged.findings) << '\n' << to_text(judged, context) << '\n';
   if (is_bad) {
@@ -174,9 +174,6 @@ int register_em(const RegisterOptions& options) {
 int checked(const RegisterOptions& options) {
   if (options.live == !options.touched.empty())
     refuse_usage("register", "give either --touched FILE or --live");
-  if (!options.json.empty() && !options.accept.config.empty()) {
-    refuse_usage("register", "--json shows what was found and writes nothing: leave out --config");
-  }
   try {
     return register_em(options);
   } catch (const MarkerFileError& error) {

@@ -54,7 +54,7 @@ int calibrate(const RegistrationOptions& options) {
   write_report(page_of(found, fragment), options.accept);
   if (options.json == "-") {
     std::cout << json_of(found).dump(2) << '\n';
-    return kExitOk;
+    return offer_beside_json(fragment, options.accept);
   }
   return offer(fragment, options.accept);
 }

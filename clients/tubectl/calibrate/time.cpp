@@ -65,7 +65,7 @@ int calibrate(const TimeOptions& options) {
   write_report(page_of(clocks, fragment), options.accept);
   if (options.json == "-") {
     std::cout << json_of(clocks).dump(2) << '\n';
-    return kExitOk;
+    return offer_beside_json(fragment, options.accept);
   }
   return offer(fragment, options.accept);
 }

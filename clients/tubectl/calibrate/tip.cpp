@@ -39,7 +39,7 @@ int calibrate_tip(const TipOptions& options) {
                                 {"ends_bent", found.ends_bent}}
                      .dump(2)
               << '\n';
-    return kExitOk;
+    return offer_beside_json(fragment, options.accept);
   }
   return offer(fragment, options.accept);
 }

@@ -62,6 +62,16 @@ TEST(CalibrateCoils, AGrooveWithATouchedTipGivesAFragmentWithBeforeAndAfter) {
   EXPECT_NE(outcome.out.find("coil 1 (sensor 1): 10.0 mm before, 1"), std::string::npos);
 }
 
+TEST(CalibrateCoils, AFragmentIsWrittenBesideJsonToo) {
+  const TemporaryFolder folder;
+  write_groove(folder, 1);
+  const CalibrateOutcome outcome = calibrate({"coils", "--tip", "0,0,0", folder.path().string(), "--json",
+                                              "-", "--out", (folder.path() / "coils.toml").string()});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["coils"].size(), 5U);
+  EXPECT_NE(folder.read("coils.toml").find("offset_from_tip_mm"), std::string::npos);
+}
+
 TEST(CalibrateCoils, AChangeOfMoreThanTwoMillimetresIsWarnedOf) {
   const TemporaryFolder folder;
   write_groove(folder, 1);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "daemon/config/sample_configuration.hpp"
 #include "tests/clients/tubectl/calibrate_outcome.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -44,6 +45,37 @@ TEST(CalibrateTip, NumbersForMachines) {
   EXPECT_NEAR(found.at("arcs")[0].at("length_mm").get<double>(), 15, 0.3);
   EXPECT_NEAR(found.at("arcs")[0].at("radius_mm").get<double>(), 10, 0.3);
   EXPECT_FALSE(found.at("ends_bent").get<bool>());
+}
+
+TEST(CalibrateTip, NumbersForMachinesLeaveTheFragmentAndTheConfigurationAsTheyAreWithoutThem) {
+  const TemporaryFolder folder;
+  folder.write("hook.csv", drawing());
+  folder.write("tubed.toml", sample_configuration({}));
+  const std::string config = (folder.path() / "tubed.toml").string();
+  const std::string out = (folder.path() / "hook.toml").string();
+  const CalibrateOutcome outcome =
+      calibrate({"tip", (folder.path() / "hook.csv").string(), "--instrument", "cath-1", "--json", "-",
+                 "--out", out, "--config", config, "--yes"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("arcs").size(), 1U);
+  for (const char* const file : {"hook.toml", "tubed.toml"}) {
+    EXPECT_NE(folder.read(file).find("\nrest_arcs_mm = [15"), std::string::npos) << file;
+  }
+}
+
+TEST(CalibrateTip, WithNumbersForMachinesNobodyIsAskedAndThatNothingWasWrittenIsSaid) {
+  const TemporaryFolder folder;
+  folder.write("hook.csv", drawing());
+  folder.write("tubed.toml", sample_configuration({}));
+  const std::string config = (folder.path() / "tubed.toml").string();
+  const CalibrateOutcome outcome =
+      calibrate({"tip", (folder.path() / "hook.csv").string(), "--json", "-", "--config", config});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_NE(
+      outcome.err.find("Nothing was written into " + config + ": with --json nobody is asked; add --yes"),
+      std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(folder.read("tubed.toml"), sample_configuration({}));
 }
 
 TEST(CalibrateTip, WhatIsNoDrawingIsBadData) {

@@ -6,6 +6,7 @@
 
 #include "clients/tubectl/calibrate/live_probe.hpp"
 #include "clients/tubectl/verbs.hpp"
+#include "daemon/config/sample_configuration.hpp"
 #include "tests/clients/calibration/simulated_pivot.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"
 
@@ -100,6 +101,17 @@ TEST_F(RegisterTest, MarkersGiveARegistrationAndAPage) {
     EXPECT_NE(text_of_file(file("r.toml")).find(key), std::string::npos) << key;
   }
   EXPECT_NE(text_of_file(file("r.svg")).find("Residuals"), std::string::npos);
+}
+
+TEST_F(RegisterTest, JsonDoesNotKeepARegistrationFromWhereItShallGo) {
+  const std::string config = folder_.write("tubed.toml", sample_configuration({}));
+  const Outcome outcome =
+      run_register(Phantom(), {"--json", "-", "--out", file("j.toml"), "--config", config, "--yes"});
+
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.words;
+  EXPECT_TRUE(nlohmann::json::parse(outcome.out).contains("T_world_em"));
+  EXPECT_NE(text_of_file(file("j.toml")).find("T_world_em = "), std::string::npos);
+  EXPECT_NE(text_of_file(config).find("# found on "), std::string::npos);
 }
 
 TEST_F(RegisterTest, TheErrorIsExpectedAtTargetsAndAlongATube) {
