@@ -86,9 +86,9 @@ void refuse_unshared(const Configuration& configuration, const RecordOptions& op
     if (driver == kSharedImages) continue;
     throw std::runtime_error(options.config + ": camera " + configuration.room.cameras[c].name +
                              " has the driver " + driver +
-                             ", whose images one program reads, the daemon; let `tubectl grab` read the "
-                             "device and give the camera "
-                             "the driver image_shm, or record the coils alone with --without-images");
+                             ", whose images one program reads, the daemon: record the coils alone with "
+                             "--without-images, or give the camera the driver image_shm and let `tubectl "
+                             "grab` read the device");
   }
 }
 
