@@ -172,7 +172,8 @@ void refuse_tip_beside(const CoilRecording& recording, const Line& line, const S
   throw CalibrationError(recording.from +
                          text_of(": the tip at (%.4g, %.4g, %.4g) lies %.0f mm beside the line through the "
                                  "coils, at most %.0f mm are allowed: give it in mm, in the tracker's "
-                                 "coordinates, touched where the catheter lay in this recording",
+                                 "coordinates, touched where the catheter lay in this recording (of several "
+                                 "places of the groove, give the one that was touched)",
                                  tip.p_em_mm->x(), tip.p_em_mm->y(), tip.p_em_mm->z(), beside_mm,
                                  kMaxTipBeside_mm));
 }

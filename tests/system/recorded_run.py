@@ -87,6 +87,15 @@ def what_cannot_be_recorded_is_told(bed):
     check(process.returncode == EXIT_UNAVAILABLE and "no daemon published coils" in words, f"{process.returncode}: {words}")
 
 
+def a_camera_that_gives_no_image_is_told_at_the_end(bed):
+    folder = bed.folder / "played"
+    sequences.write_sequence(folder, SECONDS)
+    bed.start_daemon(configuration_of(bed, folder, "image_shm", loop=True))
+    process = recorder(bed, "--seconds", "3")
+    words = process.communicate(timeout=30)[1]
+    check(process.returncode == EXIT_FAILED and "camera A gave no image: is its grabber running" in words.splitlines()[-1], words)
+
+
 def coils_alone_are_recorded_and_calibrated_with(bed):
     bed.tracked()
     process = recorder(bed, "--seconds", "6", "--without-images")
@@ -98,4 +107,5 @@ def coils_alone_are_recorded_and_calibrated_with(bed):
 
 if __name__ == "__main__":
     beds.main(a_run_that_is_recorded_is_the_run_that_was_played, what_cannot_be_recorded_is_told,
+              a_camera_that_gives_no_image_is_told_at_the_end,
               coils_alone_are_recorded_and_calibrated_with)

@@ -88,12 +88,13 @@ CommandLine add_calibrate_coils(CommandLine app, int& exit_code) {
                                         "Arc lengths of the coils, from the catheter lying still in a "
                                         "straight groove; several recordings: the groove was moved between");
   add_coil_source_options(verb, options->source);
-  verb.add_option("--tip", options->tip_em_mm,
-                  "X,Y,Z of the tip in the tracker's frame, mm, as a probe touched it or "
-                  "the stop is known");
+  Argument tip = verb.add_option("--tip", options->tip_em_mm,
+                                 "X,Y,Z of the tip in the tracker's frame, mm, as a probe touched it or "
+                                 "the stop is known");
   verb.add_option("--tip-beyond", options->tip_beyond_mm,
                   "From the middle of the first coil to the tip, mm, measured otherwise")
-      .in_range(0.0, 500.0);
+      .in_range(0.0, 500.0)
+      .excludes(tip);
   verb.add_option("--tip-sigma", options->tip_sigma_mm, "Standard deviation of either, mm")
       .in_range(0.0, 50.0)
       .capture_default_str();

@@ -30,6 +30,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kWait{100};
 constexpr std::chrono::seconds kReopen{1};
 constexpr const char* kSharedImages = "image_shm";
+constexpr std::size_t kMuch_bytes = std::size_t{64} << 20U;
 
 struct RecordOptions {
   std::string folder;
@@ -162,6 +163,11 @@ class RecordedCamera {
     while (!is_over_) {
       const ReadOutcome outcome = source_->read(frame_);
       if (outcome == ReadOutcome::kLost) return false;
+      if (outcome == ReadOutcome::kRefused) {
+        ++missed_;
+        say("an image was refused; `tubectl top` says why the daemon refuses them");
+        continue;
+      }
       if (outcome != ReadOutcome::kFrame) return true;
       if (last_number_ && frame_.frame_number > *last_number_ + 1) {
         missed_ += frame_.frame_number - *last_number_ - 1;
@@ -257,18 +263,48 @@ int told(const RecordOptions& options, const Recorded& recorded, const RunRecord
     }
   }
   if (counts.late > 0) std::cerr << "tubectl: " << counts.late << " came too late and were left out\n";
+  if (counts.crowded_out > 0) {
+    std::cerr
+        << "tubectl: " << counts.crowded_out
+        << " images were left out: they came faster than they could be written; record with fewer images "
+           "a second, or for a shorter time\n";
+  }
   if (counts.measurements == 0) {
-    std::cerr << "tubectl: no daemon published coils: is tubed running in this domain and partition? "
-                 "`tubectl status` says\n";
+    std::cerr
+        << (counts.early > 0
+                ? "tubectl: the measurements that came are of another clock than this host's: record on "
+                  "the host where tubed runs\n"
+                : "tubectl: no daemon published coils in domain " +
+                      std::to_string(options.subscription.domain) +
+                      ": is tubed running there, in this partition? `tubectl status` says\n");
     return kExitUnavailable;
   }
-  std::cerr << "tubectl: next: tubectl check " << options.folder << " --config " << options.config << "\n";
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (counts.images.at(c) > 0) continue;
+    std::cerr << "tubectl: camera " << cameras[c]->name()
+              << " gave no image: is its grabber running (`tubectl grab`)? With --without-images the coils "
+                 "alone are recorded\n";
+    return kExitFailed;
+  }
   return kExitOk;
 }
 
-int record(const RecordOptions& options) {
+void say_next(const RecordOptions& options, const Configuration& configuration) {
+  const std::string config = configuration.room.reference ? "CONFIG_WITHOUT_EM_REFERENCE" : options.config;
+  std::cerr << "tubectl: next: tubectl check " << options.folder << " --config " << config << "\n";
+}
+
+/// Domain and room are the configuration's, unless others were given.
+void listen_where_it_publishes(const DdsSettings& dds, Subscription& subscription) {
+  const Subscription usual;
+  if (subscription.domain == usual.domain) subscription.domain = dds.domain;
+  if (subscription.partition == usual.partition) subscription.partition = dds.partition;
+}
+
+int record(RecordOptions options) {
   const Configuration configuration = load_configuration(options.config);
   const InstrumentDescription instrument = instrument_of(options, configuration);
+  listen_where_it_publishes(configuration.dds, options.subscription);
   if (!options.without_images) refuse_unshared(configuration, options);
   if (std::filesystem::exists(options.folder) && !std::filesystem::is_empty(options.folder)) {
     throw std::runtime_error(options.folder + " is there already and not empty; name another folder");
@@ -284,8 +320,20 @@ int record(const RecordOptions& options) {
     cameras.push_back(std::make_unique<RecordedCamera>(configuration, static_cast<int>(c), recorder));
   }
   const Recorded recorded = listen(options, instrument, recorder, cameras);
-  recorder.finish();
-  return told(options, recorded, recorder.counts(), cameras);
+  const std::size_t waiting_bytes = recorder.counts().waiting_bytes;
+  if (waiting_bytes > kMuch_bytes) {
+    std::cerr << "tubectl: writing the " << (waiting_bytes >> 20U)
+              << " MB of images that wait; Ctrl-C drops them\n";
+  }
+  try {
+    recorder.finish();
+  } catch (const SequenceError&) {
+    std::cerr << "tubectl: kept: " << progress_of(recorder.counts(), cameras) << "\n";
+    throw;
+  }
+  const int exit_code = told(options, recorded, recorder.counts(), cameras);
+  if (exit_code == kExitOk) say_next(options, configuration);
+  return exit_code;
 }
 
 }  // namespace
@@ -303,8 +351,11 @@ CommandLine add_record(CommandLine app, int& exit_code) {
   add_dds_options(verb, options->subscription);
   verb.footer("Example:\n  tubectl record run-1 --seconds 30");
   verb.callback([options, &exit_code] {
-    std::signal(SIGINT, [](int) { g_asked_to_end = 1; });
-    std::signal(SIGTERM, [](int) { g_asked_to_end = 1; });
+    // A second one ends it at once.
+    struct sigaction once {};
+    once.sa_handler = [](int) { g_asked_to_end = 1; };
+    once.sa_flags = static_cast<int>(SA_RESETHAND);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &once, nullptr);
     exit_code = record(*options);
   });
   return verb;

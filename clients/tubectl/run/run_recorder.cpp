@@ -50,18 +50,15 @@ void RunRecorder::add(int camera, const ImageFrame& image) {
 void RunRecorder::add(MonotonicTime at, Item item, std::size_t bytes) {
   {
     const std::lock_guard lock(mutex_);
-    if (is_over_ || failure_ || at < begin_) return;
-    if (at < written_until_) {
-      ++counts_.late;
+    if (is_over_ || failure_) return;
+    const bool is_early = at < begin_;
+    const bool is_late = at < written_until_;
+    const bool is_crowded = bytes > 0 && counts_.waiting_bytes + bytes > kMaxWaiting_bytes;
+    if (is_early || is_late || is_crowded) {
+      ++(is_early ? counts_.early : is_late ? counts_.late : counts_.crowded_out);
       return;
     }
     counts_.waiting_bytes += bytes;
-    if (counts_.waiting_bytes > kMaxWaiting_bytes) {
-      failure_ = std::make_exception_ptr(
-          SequenceError({"the recording"}, "came faster than the disk takes it; record to a faster disk"));
-      counts_.has_failed = true;
-      return;
-    }
     newest_ = std::max(newest_, at);
     waiting_.emplace(at, std::move(item));
   }
@@ -127,8 +124,8 @@ void RunRecorder::finish() {
   }
   news_.notify_one();
   if (thread_.joinable()) thread_.join();
-  writer_.finish();
   if (failure_) std::rethrow_exception(failure_);
+  writer_.finish();
 }
 
 }  // namespace tubed

@@ -34,14 +34,17 @@ class RunRecorder {
   RunRecorder& operator=(const RunRecorder&) = delete;
 
   /// `t_s` of the measurement is set. What is older than `begin`, or was overtaken by more than half a
-  /// second, is left out, as is all that comes after a failure. Both from any thread.
+  /// second, is left out, as are pictures while too many wait, and all that comes after a failure. Both from
+  /// any thread.
   void add(MonotonicTime measured, SequenceMeasurement measurement);
   void add(int camera, const ImageFrame& image);
 
   struct Counts {
     std::uint64_t measurements = 0;                   ///< written
     std::array<std::uint64_t, kMaxCameras> images{};  ///< of each camera, instants without radiation included
-    std::uint64_t late = 0;                           ///< left out, because they came too late
+    std::uint64_t early = 0;                          ///< left out: older than the beginning
+    std::uint64_t late = 0;                           ///< left out: they came too late
+    std::uint64_t crowded_out = 0;                    ///< pictures left out: too many waited
     std::size_t waiting_bytes = 0;
     bool has_failed = false;
   };

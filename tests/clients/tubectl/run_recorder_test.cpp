@@ -127,6 +127,7 @@ TEST_F(RunRecorderTest, WhatCameBeforeTheBeginningOrWasOvertakenIsLeftOut) {
   EXPECT_EQ(sequence.measurements[0].coils[0].p_em_mm.x(), 1);
   EXPECT_EQ(sequence.measurements[1].coils[0].p_em_mm.x(), 2);
   EXPECT_EQ(recorder().counts().late, 1U);
+  EXPECT_EQ(recorder().counts().early, 1U);
 }
 
 TEST_F(RunRecorderTest, AnInstantWithoutRadiationHasNoFile) {
