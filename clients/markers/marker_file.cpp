@@ -21,6 +21,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kMaxPlace = 1e7;  // a room in micrometres
+
 /// Where a marker stands in its file: "FILE:LINE:COLUMN" or "FILE: /markups/0/controlPoints/2".
 struct PlacedMarker {
   Marker marker;
@@ -42,6 +44,9 @@ std::vector<Marker> checked(const std::string& file, const std::vector<PlacedMar
   for (const auto& [marker, place] : placed) {
     if (marker.name.empty()) refuse(place, "the marker has no name; give each one its own");
     if (!marker.p_mm.allFinite()) refuse(place, "the position of " + shown(marker.name) + " is not finite");
+    if (marker.p_mm.cwiseAbs().maxCoeff() > kMaxPlace) {
+      refuse(place, "the position of " + shown(marker.name) + " is more than 10 km away; expected mm");
+    }
     const auto [first, is_new] = seen.emplace(marker.name, place);
     if (!is_new) {
       refuse(place, "the name " + shown(marker.name) + " is there twice, first at " + first->second +

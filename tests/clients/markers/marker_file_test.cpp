@@ -131,6 +131,7 @@ TEST(MarkerFile, WhatCannotBeUsedIsRefusedWithItsPlace) {
       {"m.csv", "name,x,y,z\n", "m.csv", "no marker"},
       {"m.csv", "name,x,y\nM1,1,2\n", "m.csv:1:1", "'z' is missing"},
       {"m.csv", "name,x,y,z\nM1,1,nan,3\n", "m.csv:2:6", "not finite"},
+      {"m.csv", "name,x,y,z\nM1,1,-1e300,3\n", "m.csv:2", "10 km away"},
       {"m.csv", "name,x,y,z\nM1,1,2\n", "m.csv:2", "3 fields"},
       {"m.csv", "name,x,y,z\nM1,1,2,3\nM1,4,5,6\n", "m.csv:3:1", "there twice"},
       {"m.csv", "name,x,y,z\n,1,2,3\n", "m.csv:2:1", "no name"},
