@@ -90,7 +90,17 @@ def what_cannot_be_recorded_is_told(bed):
           and "--without-images" in words, words)
     process = recorder(bed, "--seconds", "1", "--without-images", config="tubed.toml")
     words = process.communicate(timeout=20)[1]
-    check(process.returncode == EXIT_UNAVAILABLE and "no daemon published coils" in words, f"{process.returncode}: {words}")
+    check(process.returncode == EXIT_UNAVAILABLE and "no daemon published coils in domain 0" in words, f"{process.returncode}: {words}")
+
+
+def it_listens_where_the_configuration_publishes_and_ends_with_its_terminal(bed):
+    bed.write("tubed.toml", bed.simulation().replace("[dds]", "[dds]\ndomain = 78"))
+    process = recorder(bed, "--without-images", config="tubed.toml")
+    time.sleep(2 * beds.TIME_FACTOR)
+    process.send_signal(signal.SIGHUP)
+    words = process.communicate(timeout=20)[1]
+    check(process.returncode == EXIT_UNAVAILABLE and "in domain 78" in words, f"{process.returncode}: {words}")
+    check(rows_of(bed.folder / "run" / "em.csv") == [] and (bed.folder / "run" / "em.csv").stat().st_size > 0, "em.csv has no header")
 
 
 def a_camera_that_gives_no_image_is_told_at_the_end(bed):
@@ -107,11 +117,12 @@ def coils_alone_are_recorded_and_calibrated_with(bed):
     process = recorder(bed, "--seconds", "6", "--without-images")
     words = process.communicate(timeout=30)[1]
     check(process.returncode == EXIT_OK, words)
+    check("SIMULATED. recorded by" in (bed.folder / "run" / "sequence.toml").read_text(), "the folder does not say that its coils are simulated")
     done = bed.tubectl("calibrate", "noise", "--moving", str(bed.folder / "run"))
     check("sigma_position_mm" in done.stdout + done.stderr, f"{done.returncode}: {done.stdout}{done.stderr}")
 
 
 if __name__ == "__main__":
     beds.main(a_run_that_is_recorded_is_the_run_that_was_played, what_cannot_be_recorded_is_told,
-              a_camera_that_gives_no_image_is_told_at_the_end,
+              it_listens_where_the_configuration_publishes_and_ends_with_its_terminal, a_camera_that_gives_no_image_is_told_at_the_end,
               coils_alone_are_recorded_and_calibrated_with)

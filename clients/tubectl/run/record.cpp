@@ -20,6 +20,7 @@
 #include "clients/tubectl/watch/dds_options.hpp"
 #include "clients/tubectl/watch/em_measurement.hpp"
 #include "daemon/config/load_configuration.hpp"
+#include "drivers/driver_registry/driver_registry.hpp"
 #include "drivers/interface/monotonic_clock.hpp"
 
 namespace tubed {
@@ -112,14 +113,22 @@ std::vector<std::string> remarks_on(const Configuration& configuration,
   return remarks;
 }
 
-std::string note_of(const RecordOptions& options, const std::vector<std::string>& remarks) {
-  std::string note =
-      "recorded by tubectl record on " + now_in_words() + ", room as " + options.config + " has it";
+/// Before all else, where the tracker is none.
+std::string origin_in_words(const Configuration& configuration) {
+  const DriverDescription* const tracker = find_driver(drivers(), configuration.em_source.driver);
+  if (tracker == nullptr || tracker->origin == Origin::kDevice) return "";
+  return tracker->origin == Origin::kSimulated ? "SIMULATED. " : "REPLAYED. ";
+}
+
+std::string note_of(const RecordOptions& options, const Configuration& configuration,
+                    const std::vector<std::string>& remarks) {
+  std::string note = origin_in_words(configuration) + "recorded by tubectl record on " + now_in_words() +
+                     ", room as " + options.config + " has it";
   for (const std::string& remark : remarks) note += "; " + remark;
   return note;
 }
 
-/// One camera's images, by a thread of its own.
+/// One camera's images, taken by a thread of its own; missed() from any other.
 class RecordedCamera {
  public:
   RecordedCamera(const Configuration& configuration, int camera, RunRecorder& recorder)
@@ -140,7 +149,7 @@ class RecordedCamera {
   RecordedCamera& operator=(const RecordedCamera&) = delete;
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Images that were there and not seen, because there was no time, or refused for their size.
+  /// Images that were there and are not in the recording: not seen in time, refused, or of another size.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
 
  private:
@@ -164,7 +173,6 @@ class RecordedCamera {
       const ReadOutcome outcome = source_->read(frame_);
       if (outcome == ReadOutcome::kLost) return false;
       if (outcome == ReadOutcome::kRefused) {
-        ++missed_;
         say("an image was refused; `tubectl top` says why the daemon refuses them");
         continue;
       }
@@ -204,10 +212,6 @@ class RecordedCamera {
   std::thread thread_;
 };
 
-struct Recorded {
-  std::uint64_t lost_measurements = 0;
-};
-
 std::string progress_of(const RunRecorder::Counts& counts,
                         const std::vector<std::unique_ptr<RecordedCamera>>& cameras) {
   std::string words = std::to_string(counts.measurements) + " measurements";
@@ -217,23 +221,22 @@ std::string progress_of(const RunRecorder::Counts& counts,
   return words;
 }
 
-/// Until the time is over, or somebody asks to end.
-Recorded listen(const RecordOptions& options, const InstrumentDescription& instrument, RunRecorder& recorder,
-                const std::vector<std::unique_ptr<RecordedCamera>>& cameras) {
+/// Until the time is over, or somebody asks to end. How many measurements were lost on the way.
+std::uint64_t listen(const RecordOptions& options, const InstrumentDescription& instrument,
+                     RunRecorder& recorder, const std::vector<std::unique_ptr<RecordedCamera>>& cameras) {
   Subscription subscription = options.subscription;
   subscription.instrument_id = instrument.id;
   const auto reader = std::make_unique<TopicReader<tubed_EmSamples>>(subscription);
   const MonotonicTime begin = monotonic_now();
   MonotonicTime told = begin;
   const bool is_watched = isatty(STDERR_FILENO) == 1;
-  Recorded recorded;
+  std::uint64_t lost = 0;
   std::uint64_t last = 0;
   std::int64_t newest_ns = 0;
   while (g_asked_to_end == 0 && !recorder.counts().has_failed &&
          (options.seconds == 0 || seconds_between(begin, monotonic_now()) < options.seconds)) {
     if (const tubed_EmSamples* const samples = reader->wait_for(kWait)) {
-      if (last > 0 && samples->sequence_number > last + 1)
-        recorded.lost_measurements += samples->sequence_number - last - 1;
+      if (last > 0 && samples->sequence_number > last + 1) lost += samples->sequence_number - last - 1;
       last = samples->sequence_number;
       if (samples->measured_monotonic_ns > newest_ns) {
         newest_ns = samples->measured_monotonic_ns;
@@ -247,15 +250,13 @@ Recorded listen(const RecordOptions& options, const InstrumentDescription& instr
     }
   }
   if (is_watched) std::cerr << "\n";
-  return recorded;
+  return lost;
 }
 
-int told(const RecordOptions& options, const Recorded& recorded, const RunRecorder::Counts& counts,
+int told(const RecordOptions& options, std::uint64_t lost, const RunRecorder::Counts& counts,
          const std::vector<std::unique_ptr<RecordedCamera>>& cameras) {
   std::cerr << "tubectl: " << options.folder << ": " << progress_of(counts, cameras) << "\n";
-  if (recorded.lost_measurements > 0) {
-    std::cerr << "tubectl: " << recorded.lost_measurements << " measurements were lost on the network\n";
-  }
+  if (lost > 0) std::cerr << "tubectl: " << lost << " measurements were lost on the network\n";
   for (const auto& camera : cameras) {
     if (camera->missed() > 0) {
       std::cerr << "tubectl: camera " << camera->name() << ": " << camera->missed()
@@ -314,12 +315,12 @@ int record(RecordOptions options) {
   const std::vector<std::string> remarks = remarks_on(configuration, instrument, options.without_images);
   for (const std::string& remark : remarks)
     std::cerr << "tubectl: " << options.folder << ": " << remark << "\n";
-  RunRecorder recorder(options.folder, note_of(options, remarks), room, monotonic_now());
+  RunRecorder recorder(options.folder, note_of(options, configuration, remarks), room, monotonic_now());
   std::vector<std::unique_ptr<RecordedCamera>> cameras;
   for (std::size_t c = 0; c < room.cameras.size() && !options.without_images; ++c) {
     cameras.push_back(std::make_unique<RecordedCamera>(configuration, static_cast<int>(c), recorder));
   }
-  const Recorded recorded = listen(options, instrument, recorder, cameras);
+  const std::uint64_t lost = listen(options, instrument, recorder, cameras);
   const std::size_t waiting_bytes = recorder.counts().waiting_bytes;
   if (waiting_bytes > kMuch_bytes) {
     std::cerr << "tubectl: writing the " << (waiting_bytes >> 20U)
@@ -331,7 +332,7 @@ int record(RecordOptions options) {
     std::cerr << "tubectl: kept: " << progress_of(recorder.counts(), cameras) << "\n";
     throw;
   }
-  const int exit_code = told(options, recorded, recorder.counts(), cameras);
+  const int exit_code = told(options, lost, recorder.counts(), cameras);
   if (exit_code == kExitOk) say_next(options, configuration);
   return exit_code;
 }
