@@ -16,7 +16,8 @@ constexpr double kBeside_s = 0.085;     // from there to the middle of those bef
 constexpr double kBesideHalfWindow_s = 0.04;
 constexpr int kMaxRounds = 4;
 constexpr double kSettled_s = 0.001;
-constexpr double kMinPeak = 5;  // standard deviations
+constexpr double kMinPeak = 5;            // standard deviations
+constexpr double kMaxInterval_s = 0.045;  // between measurements: two of them are in any mean
 
 /// A coil of the recording, or the tube's end beyond the first of them.
 struct TrackedPoint {
@@ -69,6 +70,30 @@ void refuse_unseen(const CameraClock& clock, std::size_t images) {
           "record half a minute with the tip in view. Move the tip to and fro by 3 cm, once a second. "
           "`tubectl "
           "check` says whether registration, pose and polarity fit");
+}
+
+/// Of all measurements; 0 with fewer than two.
+double median_interval_s(const std::vector<SequenceMeasurement>& measurements) {
+  std::vector<double> intervals_s;
+  for (std::size_t i = 1; i < measurements.size(); ++i) {
+    intervals_s.push_back(measurements[i].t_s - measurements[i - 1].t_s);
+  }
+  if (intervals_s.empty()) return 0;
+  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
+  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
+  return *middle;
+}
+
+/// With one measurement an image, half way between two of them is where their mean scatters least: the images
+/// would fit best there, whatever the clock.
+void refuse_slow_measurements(const CameraClock& clock,
+                              const std::vector<SequenceMeasurement>& measurements) {
+  const double interval_s = median_interval_s(measurements);
+  if (interval_s <= kMaxInterval_s) return;
+  refuse(clock, formatted("coils were measured every %.0f ms only, every %.0f ms are needed: ",
+                          1e3 * interval_s, 1e3 * kMaxInterval_s) +
+                    "the mean of two measurements scatters less than one, and would be taken for the better "
+                    "offset. Record as fast as the tracker measures, 40 times a second");
 }
 
 void judge(const CameraClock& clock, double max_sigma_s) {
@@ -132,6 +157,7 @@ CameraClock measure_clock(const ConfiguredSequence& run, int camera, double max_
   clock.configured_s = 1e-3 * calibration.time_offset_ms;
   const std::size_t images = images_of(run.sequence, camera);
   if (images == 0) refuse(clock, "the recording has no image of it");
+  refuse_slow_measurements(clock, run.sequence.measurements);
   SightingSearch search;
   search.camera = camera;
   for (int round = 0; round < kMaxRounds; ++round) {

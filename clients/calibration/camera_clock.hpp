@@ -25,8 +25,9 @@ struct CameraClock {
 };
 
 /// Images are read, the offset is found, images are read again where coils then have the tube, until it
-/// stays. Throws CalibrationError when the camera has no images, the tube was not seen, it moved too little
-/// to tell the offset to `max_sigma_s`, or no offset explains the images clearly better than the others.
+/// stays. Throws CalibrationError when the camera has no images, coils were measured less than 22 times a
+/// second, the tube was not seen, it moved too little to tell the offset to `max_sigma_s`, or no offset
+/// explains the images clearly better than the others.
 CameraClock measure_clock(const ConfiguredSequence& run, int camera, double max_sigma_s);
 
 /// camera[NAME].time_offset_ms and .time_offset_sigma_ms of each.

@@ -73,9 +73,10 @@ GreyImage picture_of(const Eigen::Vector3d& tip_mm, std::mt19937& random) {
   return image;
 }
 
-/// 20 s at 15 images and 40 measurements a second; images are stamped `late_s` too late, coils err by 0.2 mm.
+/// 20 s at 15 images and, unless told otherwise, 40 measurements a second; images are stamped `late_s` too
+/// late, coils err by 0.2 mm.
 void write_recording(const std::filesystem::path& folder, const Hand& hand, double late_s,
-                     double duration_s = 20) {
+                     double duration_s = 20, double interval_s = 0.025) {
   std::mt19937 random(8);
   std::normal_distribution<double> noise(0, 0.2);
   SequenceWriter writer(folder, "a tube is moved", room());
@@ -84,7 +85,7 @@ void write_recording(const std::filesystem::path& folder, const Hand& hand, doub
     writer.add_exposure(++frame, t_s + late_s, 0, picture_of(hand.tip_mm(t_s), random));
   }
   std::uint32_t number = 0;
-  for (double t_s = 0; t_s < duration_s + 1; t_s += 0.025) {
+  for (double t_s = 0; t_s < duration_s + 1; t_s += interval_s) {
     SequenceMeasurement measurement;
     measurement.t_s = t_s;
     measurement.em_frame = ++number;
@@ -154,6 +155,10 @@ TEST(CalibrateTime, WhatCannotTellTheOffsetIsMetWithWords) {
   std::filesystem::remove_all(run);
   write_recording(run, {}, 0.02, 2);
   refused_with("record half a minute");
+
+  std::filesystem::remove_all(run);
+  write_recording(run, {}, 0.02, 20, 1.0 / 15);
+  refused_with("coils were measured every 67 ms only, every 45 ms are needed");
 }
 
 TEST(CalibrateTime, ARecordingWithoutImagesIsRefused) {
