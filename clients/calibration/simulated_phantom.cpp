@@ -13,6 +13,8 @@ namespace tubed {
 
 namespace {
 
+constexpr double kDetectorBehind = 1.5;  // source to detector, of source to what is looked at
+
 std::vector<std::uint8_t> pixels_at(const SimulatedCArm& simulated, const BallPhantom& phantom,
                                     std::size_t image) {
   BallScene scene;
@@ -57,16 +59,19 @@ Eigen::Vector3d place_before(const CameraCalibration& camera) {
   return *place_mm;
 }
 
-CameraCalibration turned(CameraCalibration camera, const GantryAngles& angles, std::size_t image) {
-  const Eigen::Vector3d pivot_camera_mm = camera.T_camera_world * place_before(camera);
-  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(angles.primary_deg * kDegree, Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(angles.secondary_deg * kDegree, Eigen::Vector3d::UnitX()))
-                                   .toRotationMatrix();
-  RigidTransform motion = RigidTransform::Identity();
-  motion.linear() = turn;
-  motion.translation() = pivot_camera_mm - turn * pivot_camera_mm;
-  camera.T_camera_world = motion * camera.T_camera_world;
+/// The camera on an isocentric C-arm that stands at 0, 0 where the camera is, its isocentre what that looks
+/// at.
+CameraCalibration turned(const SimulatedCArm& simulated, std::size_t image) {
+  CameraCalibration camera = *simulated.camera;
+  CArm arm;
+  arm.source_isocentre_mm = (camera.T_camera_world * place_before(camera)).z();
+  arm.T_c_arm_world = pose_of(arm).inverse() * camera.T_camera_world;
+  arm.primary_angle_deg = simulated.angles[image].primary_deg;
+  arm.secondary_angle_deg = simulated.angles[image].secondary_deg;
+  camera.T_camera_world = pose_of(arm);
   camera.name = "image-" + std::to_string(image + 1);
+  camera.mirrored = camera.mirrored || simulated.mirrored;
+  if (simulated.distortion != std::array<double, 5>{}) camera.distortion = simulated.distortion;
   return camera;
 }
 
@@ -101,7 +106,9 @@ SimulatedCArm c_arm_of(const CameraCalibration& camera) {
   simulated.width = camera.width;
   simulated.height = camera.height;
   simulated.angles = {{0, 0}, {30, 0}, {-30, 5}, {10, 25}};
-  place_before(camera);
+  const double isocentre_mm = (camera.T_camera_world * place_before(camera)).z();
+  simulated.c_arm.source_detector_mm = kDetectorBehind * isocentre_mm;
+  simulated.c_arm.pixel_pitch_mm = simulated.c_arm.source_detector_mm / camera.fx;
   return simulated;
 }
 
@@ -112,7 +119,7 @@ BallPhantom phantom_before(const CameraCalibration& camera) {
 }
 
 CameraCalibration camera_at(const SimulatedCArm& simulated, std::size_t image) {
-  if (simulated.camera) return turned(*simulated.camera, simulated.angles[image], image);
+  if (simulated.camera) return turned(simulated, image);
   CArm arm = simulated.c_arm;
   arm.primary_angle_deg = simulated.angles[image].primary_deg;
   arm.secondary_angle_deg = simulated.angles[image].secondary_deg;

@@ -23,8 +23,8 @@ struct SimulatedCArm {
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3
   bool mirrored = false;
   BallExposure exposure;
-  /// Instead of all the above but angles and exposure: this camera, turned with each pair of angles about
-  /// what it looks at (about its own y, then its own x), the first of which is not turned at all.
+  /// Instead of the C-arm, the size and the principal point: this camera on a C-arm that stands at 0, 0 where
+  /// the camera is, with its isocentre where that looks at.
   std::optional<CameraCalibration> camera{};
 };
 
@@ -32,8 +32,9 @@ struct SimulatedCArm {
 /// (257.3, 253.9), and the world turned and shifted against it; six directions; 1000 quanta a pixel.
 SimulatedCArm usual_c_arm();
 
-/// The same exposures of a camera that stands somewhere: from where it is, and turned about what it looks at.
-/// Throws PhantomError when that is behind it.
+/// Exposures of a camera that stands somewhere: from where it is, and from other angles of a C-arm that has it
+/// there at 0, 0. The detector is half as far behind what it looks at as the source is before that. Throws
+/// PhantomError when the camera does not look toward the world's origin.
 SimulatedCArm c_arm_of(const CameraCalibration& camera);
 
 /// The built-in phantom in the middle of what `camera` looks at.

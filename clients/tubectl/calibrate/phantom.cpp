@@ -53,12 +53,8 @@ int write_phantom(const PhantomOptions& options) {
     std::cout << options.out << ": phantom.toml, " << files.size()
               << " images (SIMULATED), angles.txt, truth.toml\nTry:\n  tubectl calibrate camera "
               << options.out << "/image-*.png --phantom " << options.out << "/phantom.toml --camera ";
-    if (simulated.camera) {
-      std::cout << simulated.camera->name << '\n';
-    } else {
-      std::cout << "A --pitch " << simulated.c_arm.pixel_pitch_mm << " --angles $(cat " << options.out
-                << "/angles.txt)\n";
-    }
+    std::cout << (simulated.camera ? simulated.camera->name : "A") << " --pitch "
+              << simulated.c_arm.pixel_pitch_mm << " --angles $(cat " << options.out << "/angles.txt)\n";
     return kExitOk;
   } catch (const PhantomError& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
