@@ -11,6 +11,9 @@
 #include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
 #include "daemon/estimator/agreement_words.hpp"
+#include "daemon/estimator/paper/paper_image_mle.hpp"
+#include "daemon/estimator/single_frame_solver.hpp"
+#include "daemon/estimator/tube_views.hpp"
 #include "daemon/image/band_likelihood.hpp"
 #include "daemon/image/measured_view.hpp"
 #include "daemon/image/vesselness_meter.hpp"
@@ -117,6 +120,36 @@ std::string format(const char* pattern, auto... values) {
 std::string words_of(const TubeEstimate& estimate) {
   const std::string why = estimate.reasons.empty() ? "" : ": " + names_of(estimate.reasons);
   return std::string(name_of(estimate.validity)) + why;
+}
+
+/// Why an image that was measured did not become part of the estimate, as far as the estimate tells it.
+std::string why_left_out(const Explanation& explanation) {
+  const TubeEstimate& after = explanation.after;
+  if (explanation.mode == EstimatorMode::kEm) return "mode em looks at no image";
+  if (after.reasons.has(Reason::kGeometryChanged)) return "the view moved, or may have, and no pose said so";
+  if (after.coefficient_count == 0) return "there is no shape that it could be compared with";
+  if (explanation.found.in_view < TubeViews::kMinLines) {
+    return format("%d of the tube's lines are in view, %d are needed", explanation.found.in_view,
+                  TubeViews::kMinLines);
+  }
+  const bool as_printed = explanation.mode == EstimatorMode::kPaper;
+  const double needed = as_printed ? PaperImageMle::kMinAgreeing : SingleFrameSolver::kMinAgreeing;
+  const auto agreeing = static_cast<double>(after.image_inlier_ratio);
+  if (agreeing < needed) {
+    return format("too few of its lines agree with the shape, %.0f %%; expected %.0f %% or more",
+                  100 * agreeing, 100 * needed);
+  }
+  const std::string begin = format("%.0f %% of its lines agree with the shape, but ", 100 * agreeing);
+  if (as_printed) return begin + "coils and image have no depths in common";
+  return begin + (agreeing < SingleFrameSolver::kDoubtfulAgreeing
+                      ? "they would pull it further than it can be wrong, or are so few that it may be chance"
+                      : "they are so few that it may be chance");
+}
+
+std::string part_taken(const Explanation& explanation) {
+  if (!explanation.after.has_image) return "the image took no part: " + why_left_out(explanation);
+  return format("the image took part; of its lines %.0f %% agree with the shape",
+                static_cast<double>(100 * explanation.after.image_inlier_ratio));
 }
 
 std::string error_words(const char* which, const ProjectedTube& tube, const Explanation& explanation) {
@@ -242,9 +275,7 @@ std::vector<std::string> words_of(const Explanation& explanation) {
       words.push_back(
           format("measured with squares of %d x %d pixels as one", explanation.binning, explanation.binning));
     }
-    words.push_back(format("the image %s; of its lines %.0f %% agree with the shape",
-                           explanation.after.has_image ? "took part" : "took no part",
-                           static_cast<double>(100 * explanation.after.image_inlier_ratio)));
+    words.push_back(part_taken(explanation));
   }
   if (explanation.after.agreement.probability > 0) {
     words.push_back(explanation.agreement);

@@ -41,6 +41,9 @@ struct TubeSearch {
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class TubeViews {
  public:
+  /// With fewer lines in view an image says nothing.
+  static constexpr int kMinLines = 10;
+
   TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
             const RoomDescription& room);
 

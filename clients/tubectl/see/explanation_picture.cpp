@@ -12,6 +12,10 @@ constexpr double kPanelHeight_px = 960;
 constexpr double kLinesScale = 4;
 constexpr int kMargin_px = 12;
 constexpr int kRowHeight_px = 26;
+constexpr int kIndent_px = 20;  // of a row that goes on from the one above
+constexpr int kSwatch_px = 30;
+constexpr int kMinWidth_px = 1500;
+constexpr double kLetters = 0.6;
 const cv::Scalar kPaper(255, 255, 255);  // blue, green, red
 const cv::Scalar kInk(30, 30, 30);
 const cv::Scalar kPredicted(0, 200, 255);
@@ -137,13 +141,49 @@ void draw_lines(Panel& panel, const Explanation& explanation) {
   }
 }
 
-void write(cv::Mat& page, const std::string& words, cv::Point at, double size = 0.6) {
-  cv::putText(page, words, at, cv::FONT_HERSHEY_SIMPLEX, size, kInk, 1, cv::LINE_AA);
+/// A piece of text as it is written: pieces that were one sentence, one below the other.
+struct WrittenRow {
+  std::string words;
+  bool begins = true;  ///< else it goes on from the row above
+};
+
+int width_px(const std::string& words) {
+  int baseline_px = 0;
+  return cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, kLetters, 1, &baseline_px).width;
+}
+
+/// How many letters of `words` fit; at least one, and no word is cut that a row of its own could hold.
+std::size_t fitting(const std::string& words, int column_px) {
+  std::size_t fits = 1;
+  while (fits < words.size() && width_px(words.substr(0, fits + 1)) <= column_px) ++fits;
+  if (fits == words.size()) return fits;
+  const std::size_t space = words.rfind(' ', fits);
+  return space == std::string::npos || space == 0 ? fits : space;
+}
+
+/// In rows that are no wider than the column.
+std::vector<WrittenRow> wrapped(const std::vector<std::string>& sentences, int column_px) {
+  std::vector<WrittenRow> rows;
+  for (const std::string& sentence : sentences) {
+    std::string rest = sentence;
+    for (bool begins = true; begins || !rest.empty(); begins = false) {
+      const std::size_t count = fitting(rest, column_px - (begins ? 0 : kIndent_px));
+      rows.push_back({rest.substr(0, count), begins});
+      rest.erase(0, count);
+      rest.erase(0, rest.find_first_not_of(' '));
+    }
+  }
+  return rows;
+}
+
+void write(cv::Mat& page, const WrittenRow& row, cv::Point at) {
+  at.x += row.begins ? 0 : kIndent_px;
+  cv::putText(page, row.words, at, cv::FONT_HERSHEY_SIMPLEX, kLetters, kInk, 1, cv::LINE_AA);
 }
 
 struct LegendEntry {
   cv::Scalar colour;
-  const char* meaning;
+  std::string meaning;
 };
 
 std::vector<LegendEntry> legend_of(const Explanation& explanation) {
@@ -159,21 +199,49 @@ std::vector<LegendEntry> legend_of(const Explanation& explanation) {
   return entries;
 }
 
+/// The words on the left half, the legend on the right one.
 cv::Mat footer(const Explanation& explanation, int width) {
-  const std::vector<std::string> words = words_of(explanation);
   const std::vector<LegendEntry> legend = legend_of(explanation);
-  const int rows = static_cast<int>(std::max(words.size(), legend.size()));
+  std::vector<std::string> meanings;
+  for (const LegendEntry& entry : legend) meanings.push_back(entry.meaning);
+  const int middle = width / 2;
+  const std::vector<WrittenRow> words = wrapped(words_of(explanation), middle - 2 * kMargin_px);
+  const std::vector<WrittenRow> meant = wrapped(meanings, width - middle - kSwatch_px - 2 * kMargin_px);
+  const int rows = static_cast<int>(std::max(words.size(), meant.size()));
   cv::Mat page(rows * kRowHeight_px + kMargin_px, width, CV_8UC3, kPaper);
   int y = kRowHeight_px;
-  for (const std::string& line : words) {
-    write(page, line, {kMargin_px, y});
+  for (const WrittenRow& row : words) {
+    write(page, row, {kMargin_px, y});
     y += kRowHeight_px;
   }
   y = kRowHeight_px;
-  for (const LegendEntry& entry : legend) {
-    cv::rectangle(page, {width / 2, y - 12, 30, 12}, entry.colour, cv::FILLED);
-    write(page, entry.meaning, {width / 2 + 42, y});
+  auto entry = legend.begin();
+  for (const WrittenRow& row : meant) {
+    if (row.begins) cv::rectangle(page, {middle, y - 12, kSwatch_px, 12}, (entry++)->colour, cv::FILLED);
+    write(page, row, {middle + kSwatch_px + kMargin_px, y});
     y += kRowHeight_px;
+  }
+  return page;
+}
+
+/// A title above each panel, no wider than it.
+cv::Mat header(const std::vector<std::pair<std::string, Panel>>& panels, int width) {
+  const int panel_px = panels.front().second.picture.cols;
+  std::vector<std::vector<WrittenRow>> titles;
+  std::size_t rows = 1;
+  for (const auto& [title, panel] : panels) {
+    titles.push_back(wrapped({title}, panel_px));
+    rows = std::max(rows, titles.back().size());
+  }
+  cv::Mat page(static_cast<int>(rows) * kRowHeight_px, width, CV_8UC3, kPaper);
+  int x = kMargin_px;
+  for (const std::vector<WrittenRow>& title : titles) {
+    int y = kRowHeight_px - 7;
+    for (const WrittenRow& row : title) {
+      write(page, row, {x, y});
+      y += kRowHeight_px;
+    }
+    x += panel_px + kMargin_px;
   }
   return page;
 }
@@ -209,12 +277,13 @@ cv::Mat draw_sheet(const Explanation& explanation) {
   const auto panels = panels_of(explanation);
   const cv::Size size = panels.front().second.picture.size();
   const int width = static_cast<int>(panels.size()) * (size.width + kMargin_px) + kMargin_px;
-  const cv::Mat below = footer(explanation, std::max(width, 1500));
-  cv::Mat sheet(kRowHeight_px + size.height + kMargin_px + below.rows, below.cols, CV_8UC3, kPaper);
+  const cv::Mat above = header(panels, std::max(width, kMinWidth_px));
+  const cv::Mat below = footer(explanation, above.cols);
+  cv::Mat sheet(above.rows + size.height + kMargin_px + below.rows, above.cols, CV_8UC3, kPaper);
+  above.copyTo(sheet(cv::Rect(0, 0, above.cols, above.rows)));
   int x = kMargin_px;
   for (const auto& [title, panel] : panels) {
-    write(sheet, title, {x, kRowHeight_px - 7});
-    panel.picture.copyTo(sheet(cv::Rect(x, kRowHeight_px, size.width, size.height)));
+    panel.picture.copyTo(sheet(cv::Rect(x, above.rows, size.width, size.height)));
     x += size.width + kMargin_px;
   }
   below.copyTo(sheet(cv::Rect(0, sheet.rows - below.rows, below.cols, below.rows)));
