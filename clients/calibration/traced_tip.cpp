@@ -12,6 +12,7 @@
 #include "clients/calibration/coil_recording.hpp"
 #include "clients/calibration/formatted.hpp"
 #include "drivers/csv/csv_reader.hpp"
+#include "drivers/interface/rest_curve_limits.hpp"
 
 namespace tubed {
 
@@ -21,12 +22,13 @@ constexpr Eigen::Index kMinPoints = 8;
 constexpr double kMaxStep_mm = 15;
 constexpr double kSamePlace_mm = 1e-6;
 constexpr double kMaxCorner_deg = 100;
-constexpr double kMinLength_mm = 5;
+constexpr double kMinLength_mm = 15;  // centimetres taken for millimetres are fewer
 constexpr double kMaxLength_mm = 500;
 constexpr double kMinPiece_mm = 3;
 constexpr double kMaxPieces = 24;
 constexpr double kFloor_mm = 0.1;  // nobody traces better, and a fit without residuals has no criterion
 constexpr double kStraight_rad = 3 * std::numbers::pi / 180;
+constexpr double kFlat_mm = 1;        // in z, of points that lie in one plane
 constexpr double kStraight_mm = 200;  // radius: over 30 mm that is half a millimetre
 
 double corner_deg(const Eigen::Vector2d& before, const Eigen::Vector2d& behind) {
@@ -133,15 +135,57 @@ ArcChain min_arcs(const Eigen::Matrix2Xd& points) {
   return best;
 }
 
+/// A configuration with these arcs would be refused.
+void check_curve(const RestCurve& curve, const std::string& source) {
+  for (std::size_t i = 0; i < curve.arcs.size(); ++i) {
+    if (curve.arcs[i].length_mm < kMinRestArc_mm) {
+      throw CalibrationError(source + formatted(": arc %d would be %.1f mm long, a configuration takes %.1f "
+                                                "or more: are these millimetres?",
+                                                static_cast<int>(i + 1), curve.arcs[i].length_mm,
+                                                kMinRestArc_mm));
+    }
+  }
+  if (whole_turns(curve) > kMaxRestTurns) {
+    throw CalibrationError(source +
+                           formatted(": the catheter would turn round %.2f times, a configuration "
+                                     "takes %.0f at most: are these millimetres, and is the line drawn once?",
+                                     whole_turns(curve), kMaxRestTurns));
+  }
+}
+
 double tenth(double value) { return std::round(10 * value) / 10; }
+
+/// How far points lie from one plane, where a file tells their z.
+class HeightRange {
+ public:
+  void add(double z_mm) {
+    least_mm_ = std::min(least_mm_, z_mm);
+    greatest_mm_ = std::max(greatest_mm_, z_mm);
+  }
+  [[nodiscard]] double range_mm() const { return std::max(greatest_mm_ - least_mm_, 0.0); }
+
+ private:
+  double least_mm_ = std::numeric_limits<double>::max();
+  double greatest_mm_ = std::numeric_limits<double>::lowest();
+};
 
 }  // namespace
 
 TracedTip read_traced_tip(const std::filesystem::path& file, double mm_per_px) {
   const bool is_photograph = mm_per_px > 0;
-  CsvReader rows = is_photograph ? CsvReader(file, {"x_px", "y_px"}) : CsvReader(file, {"x_mm", "y_mm"});
+  if (!std::filesystem::is_regular_file(file)) {
+    throw CalibrationError(file.string() +
+                           ": there is no such file; expected a drawing, a CSV file with the " + "columns " +
+                           (is_photograph ? "x_px,y_px" : "x_mm,y_mm"));
+  }
+  CsvReader rows = is_photograph ? CsvReader(file, {"x_px", "y_px"}, {"z_px", "z"})
+                                 : CsvReader(file, {"x_mm", "y_mm"}, {"z_mm", "z"});
+  HeightRange height;
   std::vector<Eigen::Vector2d> points;
   while (rows.next_row()) {
+    for (const std::size_t z : {2U, 3U}) {
+      if (rows.has(z) && !rows.is_empty(z)) height.add((is_photograph ? mm_per_px : 1.0) * rows.number(z));
+    }
     const Eigen::Vector2d point =
         (is_photograph ? mm_per_px : 1.0) * Eigen::Vector2d(rows.number(0), rows.number(1));
     if (points.empty() || (point - points.back()).norm() > kSamePlace_mm) points.push_back(point);
@@ -149,6 +193,13 @@ TracedTip read_traced_tip(const std::filesystem::path& file, double mm_per_px) {
   TracedTip drawing{file.string(), Eigen::Matrix2Xd(2, static_cast<Eigen::Index>(points.size()))};
   for (std::size_t i = 0; i < points.size(); ++i) {
     drawing.points_mm.col(static_cast<Eigen::Index>(i)) = points[i];
+  }
+  if (height.range_mm() > kFlat_mm) {
+    throw CalibrationError(
+        drawing.source +
+        formatted(": z goes over %.1f mm: bends out of one plane are not handled; let the catheter lie flat, "
+                  "and where it cannot, leave rest_shape = \"unknown\"",
+                  height.range_mm()));
   }
   check_drawing(drawing);
   return drawing;
@@ -161,6 +212,13 @@ TracedCurve fit_arcs(const TracedTip& drawing) {
     const RestArc arc = chain.arc(piece);
     const double turn_rad = arc.length_mm * arc.curvature_per_mm();
     const bool is_straight = std::abs(turn_rad) < kStraight_rad || std::abs(arc.radius_mm) > kStraight_mm;
+    if (!is_straight && std::abs(tenth(arc.radius_mm)) < kMinRestRadius_mm) {
+      throw CalibrationError(
+          drawing.source +
+          formatted(": an arc would have a radius of %.1f mm, a configuration takes %.0f or more: are these "
+                    "millimetres?",
+                    std::abs(arc.radius_mm), kMinRestRadius_mm));
+    }
     if (is_straight && !found.curve.arcs.empty() && found.curve.arcs.back().radius_mm == 0) {
       found.curve.arcs.back().length_mm += tenth(arc.length_mm);
     } else {
@@ -176,7 +234,11 @@ TracedCurve fit_arcs(const TracedTip& drawing) {
     for (RestArc& arc : found.curve.arcs) arc.radius_mm = arc.radius_mm == 0 ? 0 : -arc.radius_mm;
   }
   found.ends_bent = found.curve.arcs.back().radius_mm != 0;
-  if (!found.ends_bent) found.curve.arcs.pop_back();
+  if (!found.ends_bent) {
+    found.shaft_mm = found.curve.arcs.back().length_mm;
+    found.curve.arcs.pop_back();
+  }
+  check_curve(found.curve, drawing.source);
   const Eigen::VectorXd across_mm = chain.residuals_mm(drawing.points_mm).head(drawing.points_mm.cols());
   found.rms_mm = std::sqrt(across_mm.squaredNorm() / static_cast<double>(across_mm.size()));
   found.max_mm = across_mm.cwiseAbs().maxCoeff();

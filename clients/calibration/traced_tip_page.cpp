@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "clients/calibration/formatted.hpp"
 #include "clients/calibration/report_page.hpp"
@@ -10,6 +11,7 @@ namespace tubed {
 namespace {
 
 constexpr double kWellTraced_mm = 0.5;
+constexpr double kUsualLength_mm = 150;
 
 std::string words_of(const RestArc& arc) {
   return arc.radius_mm == 0 ? "straight" : formatted("%.1f", std::abs(arc.radius_mm));
@@ -46,6 +48,28 @@ void draw_curve(const TracedCurve& found, const TracedTip& drawing, Svg& svg, co
 
 }  // namespace
 
+std::vector<std::string> doubts_of(const TracedCurve& found) {
+  std::vector<std::string> doubts;
+  if (found.drawn_mm > kUsualLength_mm) {
+    doubts.push_back(
+        formatted("the drawing is %.0f mm long, %.0f are enough for a tip and its shaft: are these "
+                  "millimetres, not the pixels of a photograph (x_px,y_px and --mm-per-px)?",
+                  found.drawn_mm, kUsualLength_mm));
+  }
+  const RestArc& first = found.curve.arcs.front();
+  if (first.radius_mm == 0 && first.length_mm > found.shaft_mm) {
+    doubts.push_back(
+        formatted("the drawing is straight over its first %.0f mm and over its last %.0f: is the first point "
+                  "the tip? If it is, trace on along the shaft",
+                  first.length_mm, found.shaft_mm));
+  } else if (found.ends_bent) {
+    doubts.emplace_back(
+        "the drawing ends where the catheter is still bent: trace on until it is straight, or the rest is "
+        "lost");
+  }
+  return doubts;
+}
+
 ConfigurationFragment fragment_of(const TracedCurve& found, const TracedTip& drawing,
                                   const std::string& instrument_id) {
   ConfigurationFragment fragment;
@@ -54,11 +78,7 @@ ConfigurationFragment fragment_of(const TracedCurve& found, const TracedTip& dra
   fragment.date = date_of_today();
   fragment.remarks.push_back(
       formatted("arcs explain the drawing to %.2f mm RMS, %.2f mm at most", found.rms_mm, found.max_mm));
-  if (found.ends_bent) {
-    fragment.remarks.emplace_back(
-        "the drawing ends where the catheter is still bent: trace on until it is straight, or the rest is "
-        "lost");
-  }
+  std::ranges::copy(doubts_of(found), std::back_inserter(fragment.remarks));
   std::vector<double> numbers;
   for (const RestArc& arc : found.curve.arcs) numbers.insert(numbers.end(), {arc.length_mm, arc.radius_mm});
   const std::string table = "instrument[" + instrument_id + "].";
@@ -73,7 +93,7 @@ std::string page_of(const TracedCurve& found, const TracedTip& drawing,
                fragment.remarks.front() + (found.rms_mm <= kWellTraced_mm
                                                ? "."
                                                : ". A careful drawing comes to 0.5 mm: trace it once more."));
-  if (found.ends_bent) page.verdict(ReportVerdict::kDoubtful, fragment.remarks.back() + ".");
+  for (const std::string& doubt : doubts_of(found)) page.verdict(ReportVerdict::kDoubtful, doubt + ".");
   std::vector<std::vector<std::string>> rows;
   for (const RestArc& arc : found.curve.arcs) {
     rows.push_back({std::to_string(rows.size() + 1), formatted("%.1f", arc.length_mm), words_of(arc),

@@ -26,7 +26,7 @@ int calibrate_tip(const TipOptions& options) {
   const TracedCurve found = fit_arcs(drawing);
   const ConfigurationFragment fragment = fragment_of(found, drawing, options.instrument);
   write_report(page_of(found, drawing, fragment), options.accept);
-  if (found.ends_bent) std::cerr << "tubectl: WARNING: " << fragment.remarks.back() << '\n';
+  for (const std::string& doubt : doubts_of(found)) std::cerr << "tubectl: WARNING: " << doubt << '\n';
   if (options.json == "-") {
     nlohmann::json arcs = nlohmann::json::array();
     for (const RestArc& arc : found.curve.arcs) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <random>
+#include <sstream>
 
 #include "clients/calibration/coil_recording.hpp"
 #include "clients/calibration/traced_tip.hpp"
@@ -101,6 +102,46 @@ TEST(TracedTip, ADrawingThatEndsInTheBendIsTold) {
   EXPECT_NE(fragment.remarks.back().find("trace on until it is straight"), std::string::npos);
 }
 
+std::string refused_arcs(const Eigen::Matrix2Xd& points) {
+  try {
+    fit_arcs({"test", points});
+  } catch (const CalibrationError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TracedTip, ArcsThatNoConfigurationTakesAreRefused) {
+  const Eigen::Matrix2Xd centimetres = 0.1 * traced({{{30, 0}, {25, 9}}}, 2, 0, 1);
+  EXPECT_NE(refused_arcs(centimetres).find("a configuration takes 2 or more: are these millimetres?"),
+            std::string::npos)
+      << refused_arcs(centimetres);
+  const Eigen::Matrix2Xd three_turns = traced(RestCurve::hook(6, 114), 2, 0, 1);
+  EXPECT_NE(refused_arcs(three_turns).find("times, a configuration takes 2 at most: are these millimetres"),
+            std::string::npos)
+      << refused_arcs(three_turns);
+}
+
+std::string last_remark(const Eigen::Matrix2Xd& points) {
+  return fragment_of(fit_arcs({"test", points}), {"test", points}, "cath-1").remarks.back();
+}
+
+TEST(TracedTip, AReversedDrawingIsAskedWhetherItsFirstPointIsTheTip) {
+  for (const RestCurve& shape : {RestCurve::hook(16, 40), RestCurve{{{8, 0}, {12, 9}, {40, 0}, {30, -25}}}}) {
+    const Eigen::Matrix2Xd whole = traced(shape, 2, 0, 1);
+    EXPECT_NE(last_remark(whole.rowwise().reverse()).find("is the first point the tip?"), std::string::npos)
+        << last_remark(whole.rowwise().reverse());
+    EXPECT_EQ(last_remark(whole).find("is the first point the tip?"), std::string::npos)
+        << last_remark(whole);
+  }
+}
+
+TEST(TracedTip, ADrawingLongerThanATipIsToldWithItsLength) {
+  const Eigen::Matrix2Xd pixels = 4.5 * traced(RestCurve::hook(8, 14), 2, 0, 1);
+  EXPECT_NE(last_remark(pixels).find("the drawing is 189 mm long"), std::string::npos) << last_remark(pixels);
+  EXPECT_NE(last_remark(pixels).find("not the pixels of a photograph"), std::string::npos);
+}
+
 TEST(TracedTip, AStraightDrawingHasNoArcs) {
   EXPECT_THROW(fit_arcs({"test", traced({}, 2, 0.1, 1)}), CalibrationError);
 }
@@ -139,20 +180,56 @@ TEST_F(TracedTipFile, ADrawingAndAPhotographAreRead) {
   EXPECT_EQ(refused(rows(1)), "");
   std::ofstream(folder.path() / "photo.csv")
       << "x_px,y_px\n0,0\n20,0\n20,0\n40,1\n60,3\n80,6\n100,10\n120,15\n140,21\n";
-  const TracedTip photo = read_traced_tip(folder.path() / "photo.csv", 0.1);
+  const TracedTip photo = read_traced_tip(folder.path() / "photo.csv", 0.15);
   ASSERT_EQ(photo.points_mm.cols(), 8) << "a point that is there twice counts once";
-  EXPECT_NEAR(photo.points_mm(0, 7), 14, 1e-12);
+  EXPECT_NEAR(photo.points_mm(0, 7), 21, 1e-12);
 }
 
 TEST_F(TracedTipFile, WhatIsNoDrawingIsRefusedWithWhatToDo) {
   EXPECT_NE(refused(rows(1, 2, 5)).find("expected 8 points or more, found 5"), std::string::npos);
   EXPECT_NE(refused(rows(0.001)).find("are these millimetres?"), std::string::npos);
+  EXPECT_NE(refused(rows(0.1, 5)).find("are these millimetres?"), std::string::npos) << "centimetres";
   EXPECT_NE(refused(rows(1, 18)).find("trace in steps of 2 or 3 mm"), std::string::npos);
   EXPECT_NE(
       refused("x_mm,y_mm\n0,0\n2,0\n4,0\n6,0\n3,0\n8,0\n10,0\n12,0\n14,0\n").find("turns back at point 4"),
       std::string::npos);
   EXPECT_NE(refused(rows(1), 0.1).find("x_px"), std::string::npos);
   EXPECT_NE(refused("x_mm,y_mm\n0,zero\n").find(":2:"), std::string::npos);
+}
+
+TEST_F(TracedTipFile, AFileThatIsNotThereIsAskedForAsADrawing) {
+  for (const double mm_per_px : {0.0, 0.2}) {
+    try {
+      read_traced_tip(folder.path() / "none.csv", mm_per_px);
+      FAIL();
+    } catch (const std::runtime_error& error) {
+      const std::string words = error.what();
+      EXPECT_NE(words.find("none.csv: there is no such file; expected a drawing"), std::string::npos)
+          << words;
+      EXPECT_NE(words.find(mm_per_px > 0 ? "x_px,y_px" : "x_mm,y_mm"), std::string::npos) << words;
+    }
+  }
+}
+
+/// The rows of a drawing with one more column.
+std::string with_column(const std::string& name, double step) {
+  std::string text;
+  std::istringstream lines(rows(1));
+  for (std::string line; std::getline(lines, line);) {
+    text += line + "," + (text.empty() ? name : std::to_string(7 + step * static_cast<double>(text.size()))) +
+            "\n";
+  }
+  return text;
+}
+
+TEST_F(TracedTipFile, BendsOutOfOnePlaneAreRefused) {
+  for (const char* const name : {"z_mm", "z"}) {
+    EXPECT_EQ(refused(with_column(name, 0)), "") << name;
+    EXPECT_NE(refused(with_column(name, 0.1)).find("bends out of one plane are not handled"),
+              std::string::npos)
+        << name;
+  }
+  EXPECT_EQ(refused(with_column("remark", 0.1)), "");
 }
 
 }  // namespace

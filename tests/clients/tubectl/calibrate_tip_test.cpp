@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "daemon/config/sample_configuration.hpp"
 #include "tests/clients/tubectl/calibrate_outcome.hpp"
@@ -76,6 +78,21 @@ TEST(CalibrateTip, WithNumbersForMachinesNobodyIsAskedAndThatNothingWasWrittenIs
       std::string::npos)
       << outcome.err;
   EXPECT_EQ(folder.read("tubed.toml"), sample_configuration({}));
+}
+
+TEST(CalibrateTip, WhatIsDoubtfulIsWarnedOf) {
+  const TemporaryFolder folder;
+  std::string reversed = "x_mm,y_mm\n";
+  std::vector<std::string> points;
+  std::istringstream lines(drawing());
+  for (std::string line; std::getline(lines, line);) points.insert(points.begin(), line);
+  points.pop_back();  // the header
+  for (const std::string& point : points) reversed += point + "\n";
+  folder.write("hook.csv", reversed);
+  const CalibrateOutcome outcome = calibrate({"tip", (folder.path() / "hook.csv").string()});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_NE(outcome.err.find("WARNING: the drawing is straight over its first 25 mm"), std::string::npos)
+      << outcome.err;
 }
 
 TEST(CalibrateTip, WhatIsNoDrawingIsBadData) {
