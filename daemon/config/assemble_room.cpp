@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include "daemon/config/assemble.hpp"
@@ -154,76 +153,6 @@ void check_plugs(const CheckedTable& file, Problems& problems) {
                                 std::to_string(first->second.channel) + " already, found " + plug});
       }
     }
-  }
-}
-
-/// What is wrong with the arcs themselves; empty: nothing.
-std::string fault_of_arcs(const std::vector<double>& numbers) {
-  constexpr double kMinLength_mm = 0.5;
-  constexpr double kMinRadius_mm = 2;
-  constexpr double kMaxTurn_rad = 4 * std::numbers::pi;
-  if (numbers.size() % 2 != 0) {
-    return "expected pairs of length and radius, found " + std::to_string(numbers.size()) + " numbers";
-  }
-  const RestCurve curve = RestCurve::from_pairs(numbers);
-  for (std::size_t i = 0; i < curve.arcs.size(); ++i) {
-    const RestArc& arc = curve.arcs[i];
-    const std::string which = "arc " + std::to_string(i + 1) + ": expected ";
-    if (arc.length_mm < kMinLength_mm) {
-      return which + "a length of " + to_toml(kMinLength_mm) + " mm or more, found " + to_toml(arc.length_mm);
-    }
-    if (arc.radius_mm != 0 && std::abs(arc.radius_mm) < kMinRadius_mm) {
-      return which + "a radius of " + to_toml(kMinRadius_mm) +
-             " mm or more, or 0 for a straight piece, found " + to_toml(arc.radius_mm);
-    }
-  }
-  if (curve.length_mm() == 0) {
-    return "expected an arc with a radius; a tip that is straight by itself is rest_shape = \"straight\"";
-  }
-  if (curve.whole_turn_rad() > kMaxTurn_rad) {
-    return "expected two turns at most, found " +
-           to_toml(std::round(50 * curve.whole_turn_rad() / std::numbers::pi) / 100);
-  }
-  return "";
-}
-
-void check_rest_shape(const CheckedTable& table, const InstrumentDescription& instrument,
-                      Problems& problems) {
-  struct KeyOfShape {
-    const char* key;
-    RestShape shape;
-    const char* shape_word;
-    const char* needs;
-  };
-  constexpr const char* kHookNeeds = "a hook needs hook_radius_mm and hook_length_mm; ";
-  for (const KeyOfShape& of :
-       {KeyOfShape{"hook_radius_mm", RestShape::kHook, "hook", kHookNeeds},
-        KeyOfShape{"hook_length_mm", RestShape::kHook, "hook", kHookNeeds},
-        KeyOfShape{"rest_arcs_mm", RestShape::kArcs, "arcs", "arcs need their numbers; "}}) {
-    const bool is_it = instrument.rest_shape == of.shape;
-    if (is_it && !table.has(of.key)) {
-      problems.push_back({table.at("rest_shape").position, table.path_of("rest_shape"),
-                          std::string(of.needs) + of.key + " is missing"});
-    } else if (!is_it && table.has(of.key)) {
-      problems.push_back({table.at(of.key).position, table.path_of(of.key),
-                          std::string("means nothing without rest_shape = \"") + of.shape_word +
-                              "\": expected both or neither"});
-    }
-  }
-  const char* const key = instrument.rest_shape == RestShape::kArcs ? "rest_arcs_mm" : "hook_length_mm";
-  if (!is_preshaped(instrument.rest_shape) || !table.sound(key) || !table.has(key)) {
-    return;
-  }
-  const auto refuse = [&](const std::string& words) {
-    problems.push_back({table.at(key).position, table.path_of(key), words});
-  };
-  const std::string fault =
-      instrument.rest_shape == RestShape::kArcs ? fault_of_arcs(instrument.rest_arcs_mm) : "";
-  if (!fault.empty()) {
-    refuse(fault);
-  } else if (const double bent_mm = instrument.rest_curve().length_mm(); bent_mm >= instrument.length_mm) {
-    refuse("expected less than the instrument's length_mm, " + to_toml(instrument.length_mm) + " mm, found " +
-           to_toml(bent_mm));
   }
 }
 

@@ -124,17 +124,22 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
           "the tip while nothing bends it: a hook or several arcs that its maker has bent, straight, or left "
           "to coils and images to find out"),
       key::optional(
-          key::number("hook_radius_mm", &S::hook_radius_mm, "mm", {2, 200},
-                      "of rest_shape \"hook\": radius of its circle, along the middle of the catheter"),
+          key::number(
+              "hook_radius_mm", &S::hook_radius_mm, "mm", {2, 200},
+              "of rest_shape \"hook\": radius of its circle, along the middle of the catheter; half of "
+              "diameter_mm or more"),
           8.0),
-      key::optional(key::number("hook_length_mm", &S::hook_length_mm, "mm", {3, 200},
-                                "of rest_shape \"hook\": how much of the catheter it is, from the tip"),
-                    14.0),
+      key::optional(
+          key::number(
+              "hook_length_mm", &S::hook_length_mm, "mm", {3, 200},
+              "of rest_shape \"hook\": how much of the catheter it is, from the tip; two turns at most"),
+          14.0),
       key::optional(
           key::numbers("rest_arcs_mm", &S::rest_arcs_mm, "mm", {-500, 500}, {2, 2 * kMaxRestArcs},
                        "of rest_shape \"arcs\": length and radius of each arc from the tip on, one after the "
                        "other, all in one plane; radius 0 is straight, a negative one turns to the other "
-                       "side. `tubectl calibrate tip` finds them in a drawing"),
+                       "side. Each radius is half of diameter_mm or more, all together turn twice at most. "
+                       "`tubectl calibrate tip` finds them in a drawing"),
           std::vector<double>{8, 0, 14, 8, 12, 0, 20, -25}),
       key::optional(
           key::numbers(

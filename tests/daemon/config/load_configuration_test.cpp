@@ -300,6 +300,22 @@ TEST(BadConfigurations, TablesTooDeepInEachOtherAreRefusedWithTheirLineAndDoNotO
   }
 }
 
+TEST(BadConfigurations, ARestShapeWhoseNumberIsOutOfRangeIsNotCalledMissing) {
+  for (const char* const hook :
+       {"hook_radius_mm = -8\nhook_length_mm = 14\n", "hook_radius_mm = 8\nhook_length_mm = 900\n"}) {
+    std::string text = base();
+    text.replace(text.find("diameter_mm = 2.33\n"), 0, std::string("rest_shape = \"hook\"\n") + hook);
+    try {
+      parse_configuration(text, "hook.toml");
+      FAIL() << "was accepted";
+    } catch (const ConfigurationError& error) {
+      const std::string words = error.what();
+      EXPECT_NE(words.find("expected"), std::string::npos) << words;
+      EXPECT_EQ(words.find("missing"), std::string::npos) << words;
+    }
+  }
+}
+
 TEST(BadConfigurations, DotsInCommentsAreNoDepth) {
   EXPECT_NO_THROW(parse_configuration("# " + std::string(10'000, '.') + "\n" + base(), "dots.toml"));
 }
