@@ -12,6 +12,7 @@ namespace tubed {
 namespace {
 
 constexpr double kNegligible_mm = 2;    // of a stretch
+constexpr double kNearestCoil_mm = 2;   // from the tip to a coil's middle: it is some millimetres long
 constexpr double kSeesAnyHook_mm = 11;  // from the tip: a coil there contradicts the smallest that is tried
 
 struct Stretch {
@@ -43,19 +44,30 @@ std::string words_of(const std::vector<Stretch>& stretches) {
   return words;
 }
 
+/// What helps a hook in which no coil lies far enough inside.
+std::string where_to_mount(double inside_mm, const char* or_views) {
+  if (inside_mm >= kNearestCoil_mm) {
+    return fmt::format("mount a coil {:.0f} mm from the tip or nearer{}", inside_mm, or_views);
+  }
+  return fmt::format(
+      "no coil can be mounted far enough inside so short a hook: mount one as near to the tip as the "
+      "catheter "
+      "allows, which helps{}; otherwise the tip is not believed (TIP_NOT_SEEN or AMBIGUOUS)",
+      or_views);
+}
+
 Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::size_t cameras) {
   const double hook_mm = instrument.rest_curve().length_mm();
   const double inside_mm = hook_mm - RestHook::kInside_mm;
   const Verdict verdict = cameras > 1 ? Verdict::kNote : Verdict::kAdvice;
   const char* const or_views = cameras > 0 ? ", or use two views at least 10 degrees apart" : "";
   if (is_preshaped(instrument.rest_shape) && first_mm > inside_mm) {
-    return {
-        verdict,
-        fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: {}",
-                    hook_mm, first_mm,
-                    cameras > 0 ? "one view cannot tell to which side the hook turns (AMBIGUOUS)"
-                                : "nothing tells to which side the hook turns"),
-        fmt::format("mount a coil {:.0f} mm from the tip or nearer{}", std::max(inside_mm, 0.0), or_views)};
+    return {verdict,
+            fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: {}",
+                        hook_mm, first_mm,
+                        cameras > 0 ? "one view cannot tell to which side the hook turns (AMBIGUOUS)"
+                                    : "nothing tells to which side the hook turns"),
+            where_to_mount(inside_mm, or_views)};
   }
   if (instrument.rest_shape == RestShape::kUnknown && cameras == 1 && first_mm > kSeesAnyHook_mm &&
       first_mm <= CoilObservations::kHolds_mm) {

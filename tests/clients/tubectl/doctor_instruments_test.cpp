@@ -75,6 +75,22 @@ TEST(DoctorInstruments, AHookWithoutACoilInItIsToldWhereToMountOne) {
   EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
 }
 
+TEST(DoctorInstruments, AHookThatIsTooShortForACoilIsNotToldToMountOneAtItsTip) {
+  Configuration configuration = room_with({8, 60, 110, 160, 220, 280, 340, 375});
+  configuration.room.instruments[0].rest_shape = RestShape::kHook;
+  configuration.room.instruments[0].hook_radius_mm = 4;
+  for (const double length_mm : {3.0, 5.0, 6.5}) {
+    configuration.room.instruments[0].hook_length_mm = length_mm;
+    const Finding finding = finding_of(configuration);
+    EXPECT_EQ(finding.verdict, Verdict::kAdvice);
+    EXPECT_FALSE(contains(finding.advice, "or nearer")) << finding.advice;
+    EXPECT_TRUE(contains(finding.advice, "as near to the tip as the catheter allows")) << finding.advice;
+    EXPECT_TRUE(contains(finding.advice, "TIP_NOT_SEEN or AMBIGUOUS")) << finding.advice;
+  }
+  configuration.room.instruments[0].hook_length_mm = 7.5;
+  EXPECT_TRUE(contains(finding_of(configuration).advice, "2 mm from the tip or nearer"));
+}
+
 TEST(DoctorInstruments, ATipThatNobodyDescribedIsWorthANoteInOneView) {
   Configuration configuration = room_with({15, 60, 110, 160, 220, 280, 340, 375});
   configuration.room.instruments[0].rest_shape = RestShape::kUnknown;
