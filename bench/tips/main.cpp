@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bench/tips/tip_runs.hpp"
@@ -90,7 +92,7 @@ void print(const Line& line) {
   std::fflush(stdout);
 }
 
-void run(const Arguments& arguments) {
+std::vector<Line> lines_of(const Arguments& arguments) {
   std::vector<Line> lines;
   for (const std::string& radius : arguments.radii) {
     for (const std::string& coil : arguments.coils) {
@@ -102,6 +104,10 @@ void run(const Arguments& arguments) {
       }
     }
   }
+  return lines;
+}
+
+void run(const Arguments& arguments, std::vector<Line> lines) {
   std::printf("%-10s %4s %5s  %-9s %6s  %5s %6s %6s %6s %6s %6s   %5s %5s  %5s  reasons\n", "preset", "R mm",
               "coil", "told", "n", "tip", "p95", "VALID%", "V>3s%", "misl.%", ">3s%", "RMS", "p95", "EM");
   std::atomic<std::size_t> next{0};
@@ -152,6 +158,13 @@ int main(int argc, char** argv) {
     return *code;
   }
   if (!arguments.arcs.empty()) arguments.radii = {"0"};
-  run(arguments);
+  std::vector<Line> lines = lines_of(arguments);
+  try {
+    for (const Line& line : lines) check_tip(line.simulated, arguments.seeds.front());
+  } catch (const std::exception& error) {
+    std::cerr << "tips_bench: " << error.what() << '\n';
+    return Program::kExitOfUsage;
+  }
+  run(arguments, std::move(lines));
   return 0;
 }

@@ -61,17 +61,23 @@ std::vector<double> em_alone_mm(const Sequence& sequence, const TrueRun& truth,
   return evaluate_method(truth, estimates, judged).values_mm(kMetrics[1]);
 }
 
+SimulatedRun run_of(const TipCase& simulated, std::int64_t seed, int every) {
+  return {.preset = simulated.preset,
+          .seed = seed,
+          .hook_radius_mm = simulated.hook_arcs_mm.empty() ? simulated.hook_radius_mm : 0,
+          .hook_arcs_mm = simulated.hook_arcs_mm,
+          .tip_coil_mm = simulated.tip_coil_mm,
+          .every = every,
+          .second_view_every = simulated.second_view_every};
+}
+
 }  // namespace
+
+void check_tip(const TipCase& simulated, std::int64_t seed) { (void)scenario_of(run_of(simulated, seed, 1)); }
 
 TipOutcome run_tip(const TipCase& simulated, ToldTip told, std::int64_t seed, int every,
                    const fs::path& folder) {
-  const SimulatedRun run{.preset = simulated.preset,
-                         .seed = seed,
-                         .hook_radius_mm = simulated.hook_arcs_mm.empty() ? simulated.hook_radius_mm : 0,
-                         .hook_arcs_mm = simulated.hook_arcs_mm,
-                         .tip_coil_mm = simulated.tip_coil_mm,
-                         .every = every,
-                         .second_view_every = simulated.second_view_every};
+  const SimulatedRun run = run_of(simulated, seed, every);
   const Scenario scenario = scenario_of(run);
   std::string hook = std::to_string(simulated.hook_radius_mm);
   for (const double number : simulated.hook_arcs_mm) hook += "_" + std::to_string(number);

@@ -41,6 +41,9 @@ struct TipOutcome {
   double cpu_s = 0;  ///< of the reconstruction, images and all
 };
 
+/// Throws in words for a catheter that cannot be simulated.
+void check_tip(const TipCase& simulated, std::int64_t seed);
+
 /// Instants judged: those whose tip is in view of the first camera. Sequence folders are written into
 /// `folder`, and taken from there where they are already.
 TipOutcome run_tip(const TipCase& simulated, ToldTip told, std::int64_t seed, int every,

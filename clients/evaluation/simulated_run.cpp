@@ -212,6 +212,14 @@ class RunWriter {
   std::size_t pictures_ = 0;
 };
 
+std::string presets_with_two_views(std::int64_t seed) {
+  std::string names;
+  for (const std::string& preset : preset_names()) {
+    if (make_scenario(preset, seed).room.cameras.size() > 1) names += " " + preset;
+  }
+  return names;
+}
+
 }  // namespace
 
 Scenario scenario_of(const SimulatedRun& run) {
@@ -229,7 +237,7 @@ Scenario scenario_of(const SimulatedRun& run) {
   if (run.second_view_every > 0) {
     if (scenario.room.cameras.size() < 2) {
       throw std::runtime_error("--second-view-every: preset " + run.preset +
-                               " has one view; biplane has two");
+                               " has one view; with two:" + presets_with_two_views(run.seed));
     }
     scenario.second_view_every = run.second_view_every;
   }

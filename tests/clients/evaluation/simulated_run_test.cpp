@@ -51,6 +51,21 @@ TEST(SimulatedRun, MistakesThatLeaveThePicturesAloneAreMadeFromTheFolderWithoutT
   EXPECT_EQ(made.truth.back().points_world_mm, mistaken.truth.back().points_world_mm);
 }
 
+TEST(SimulatedRun, ASecondViewOfAPresetWithOneIsRefusedWithThePresetsThatHaveTwo) {
+  std::string two;
+  for (const std::string& preset : preset_names()) {
+    if (make_scenario(preset, 1).room.cameras.size() > 1) two += " " + preset;
+  }
+  ASSERT_FALSE(two.empty());
+  try {
+    (void)scenario_of({.preset = "paper", .second_view_every = 3});
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    const std::string words = error.what();
+    EXPECT_NE(words.find("preset paper has one view; with two:" + two), std::string::npos) << words;
+  }
+}
+
 TEST(SimulatedRun, PicturesChangeWithWhatIsDoneToThemAndToTheView) {
   EXPECT_FALSE(changes_pictures(run_with({"registration=6,2", "focal=1.1", "clock=20"})));
   EXPECT_TRUE(changes_pictures(run_with({"polarity"})));
