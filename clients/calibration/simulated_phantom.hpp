@@ -32,8 +32,8 @@ struct SimulatedCArm {
 /// (257.3, 253.9), and the world turned and shifted against it; six directions; 1000 quanta a pixel.
 SimulatedCArm usual_c_arm();
 
-/// Exposures of a camera that stands somewhere: from where it is, and from other angles of a C-arm that has it
-/// there at 0, 0. The detector is half as far behind what it looks at as the source is before that. Throws
+/// Exposures of a camera that stands somewhere: from where it is, and from other angles of a C-arm that has
+/// it there at 0, 0. The detector is half as far behind what it looks at as the source is before that. Throws
 /// PhantomError when the camera does not look toward the world's origin.
 SimulatedCArm c_arm_of(const CameraCalibration& camera);
 

@@ -79,6 +79,10 @@ void check_keys_of_rest_shape(const CheckedTable& table, RestShape rest_shape, P
 void check_rest_shape(const CheckedTable& table, const InstrumentDescription& instrument,
                       Problems& problems) {
   check_keys_of_rest_shape(table, instrument.rest_shape, problems);
+  if (instrument.trust_straight && instrument.rest_shape != RestShape::kStraight) {
+    problems.push_back({table.at("trust_straight").position, table.path_of("trust_straight"),
+                        "means nothing without rest_shape = \"straight\": expected both or neither"});
+  }
   const auto refuse = [&](const char* key, const std::string& words) {
     problems.push_back({table.at(key).position, table.path_of(key), words});
   };

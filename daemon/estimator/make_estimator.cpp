@@ -1,6 +1,8 @@
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "daemon/estimator/doubted_tip_estimator.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/paper/paper_estimator.hpp"
 #include "daemon/estimator/preshaped_estimator.hpp"
@@ -23,21 +25,29 @@ std::unique_ptr<Estimator> make_preshaped(const EstimatorSettings& settings,
       });
 }
 
+/// An estimator that knows of straight tips alone.
+std::unique_ptr<Estimator> doubted(const InstrumentDescription& instrument,
+                                   std::unique_ptr<Estimator> straight) {
+  if (!is_preshaped(instrument.rest_shape)) return straight;
+  return std::make_unique<DoubtedTipEstimator>(instrument, std::move(straight));
+}
+
 /// In a room whose views stay where their poses say.
 std::unique_ptr<Estimator> make_inner(const EstimatorSettings& settings,
                                       const InstrumentDescription& instrument, const RoomDescription& room) {
-  const bool may_have_hook = instrument.rest_shape != RestShape::kStraight && !room.cameras.empty();
+  const bool is_trusted = instrument.rest_shape == RestShape::kStraight && instrument.trust_straight;
+  const bool asks_images = !room.cameras.empty() && !is_trusted;
   switch (settings.mode) {
     case EstimatorMode::kFilter:
-      if (may_have_hook) return make_preshaped<RecursiveEstimator>(settings, instrument, room);
-      return std::make_unique<RecursiveEstimator>(settings, instrument, room);
+      if (asks_images) return make_preshaped<RecursiveEstimator>(settings, instrument, room);
+      return doubted(instrument, std::make_unique<RecursiveEstimator>(settings, instrument, room));
     case EstimatorMode::kPaper:
-      return std::make_unique<PaperEstimator>(settings, instrument, room);
+      return doubted(instrument, std::make_unique<PaperEstimator>(settings, instrument, room));
     case EstimatorMode::kJoint:
-      if (may_have_hook) return make_preshaped<SingleFrameEstimator>(settings, instrument, room);
-      return std::make_unique<SingleFrameEstimator>(settings, instrument, room);
+      if (asks_images) return make_preshaped<SingleFrameEstimator>(settings, instrument, room);
+      return doubted(instrument, std::make_unique<SingleFrameEstimator>(settings, instrument, room));
     case EstimatorMode::kEm:
-      return std::make_unique<SingleFrameEstimator>(settings, instrument, room);
+      return doubted(instrument, std::make_unique<SingleFrameEstimator>(settings, instrument, room));
   }
   throw std::logic_error("no estimator is made for mode " + std::string(name_of(settings.mode)));
 }

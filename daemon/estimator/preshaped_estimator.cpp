@@ -50,9 +50,16 @@ void PreshapedEstimator::update(const Observation& observation, TubeEstimate& es
     note_views(observation, estimate);
   }
   doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    const double sigma_mm = tip_shape_.sigma_of_making_mm(place_of_point_mm(i, estimate), coils);
+    if (sigma_mm == 0) break;
+    for (const std::size_t axis : {0, 3, 5}) {
+      estimate.points[i].covariance_mm2[axis] += static_cast<float>(sigma_mm * sigma_mm);
+    }
+  }
   if (doubt_ != TipDoubt::kNone) {
     estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
-    release_tip(coils, estimate);
+    release_tip(coils.first_used_mm(), estimate);
     if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
   }
 }

@@ -144,9 +144,9 @@ void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate) 
   }
 }
 
-void release_tip(const CoilObservations& coils, TubeEstimate& estimate) {
+void release_tip(double coil_mm, TubeEstimate& estimate) {
   for (std::size_t i = 0; i < estimate.point_count; ++i) {
-    if (place_of_point_mm(i, estimate) < coils.first_used_mm()) estimate.points[i].held_by &= ~kHeldByCoil;
+    if (place_of_point_mm(i, estimate) < coil_mm) estimate.points[i].held_by &= ~kHeldByCoil;
   }
 }
 
@@ -242,7 +242,7 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
   }
   if (has_shape && findings.ambiguous) {
     estimate.reasons.add(Reason::kAmbiguous);
-    release_tip(coils, estimate);
+    release_tip(coils.first_used_mm(), estimate);
     doubtful = true;
   }
   if (!has_shape) {

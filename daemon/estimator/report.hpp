@@ -72,8 +72,8 @@ double place_of_point_mm(std::size_t point, const TubeEstimate& estimate);
 /// the tube. Nothing holds the last shape where measurements are stale.
 void write_held_by_coils(const CoilObservations& coils, TubeEstimate& estimate);
 
-/// The tip may be elsewhere: no coil holds what lies before the first one that is used.
-void release_tip(const CoilObservations& coils, TubeEstimate& estimate);
+/// The tip may be elsewhere: no coil holds what lies before the first one, at `coil_mm` from the tip.
+void release_tip(double coil_mm, TubeEstimate& estimate);
 
 /// Adds to it where the images that take part show the tube, and fills views with those.
 void write_held_by_images(const Observation& observation, const TubeViews& views, TubeEstimate& estimate);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "daemon/estimator/tube_views.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -29,7 +30,10 @@ constexpr double kUndecidedFarCoil = 0;  // where the first coil would not see t
 constexpr double kSeesTheHook_mm = 3;    // from where it begins
 constexpr double kSameTip_mm = 2;        // which of the two it is then makes no difference
 constexpr double kNoSuchHook = -5;
-constexpr double kStraightened = 0.55;  // of its curvature: nearly two of kSigmaOfOpening below as made
+constexpr double kStraightened = 0.55;   // of its curvature: nearly two of kSigmaOfOpening below as made
+constexpr double kBentFurther = 1.6;     // of its curvature: more than two of kSigmaOfOpening above
+constexpr double kNotStraight = 12;  // as for a hook that is adopted
+constexpr double kSigmaOfMaking = 0.15;  // of its curvature
 constexpr double kSideKnownFor_s = 1.5;
 
 double longest_mm(const std::vector<RestHook>& hooks) {
@@ -230,8 +234,7 @@ bool TipShape::is_in_first_round(const CoilObservations& coils) const {
 
 bool TipShape::is_undecided(const CoilObservations& coils) const {
   if (hooks_.empty()) return false;
-  const bool is_far = coils.first_used_mm() > hooks_.front().length_mm() - kSeesTheHook_mm;
-  const bool is_blind = is_far && !is_seen_from_two_sides();
+  const bool is_blind = coils.first_used_mm() > hooks_.front().length_mm() - kSeesTheHook_mm;
   if (is_blind && is_in_first_round(coils)) return true;
   const double gain_asked = is_blind ? kUndecidedFarCoil : kUndecided;
   const int rounds_asked = is_blind ? 1 : 2;
@@ -241,7 +244,22 @@ bool TipShape::is_undecided(const CoilObservations& coils) const {
   });
 }
 
+double TipShape::sigma_of_making_mm(double s_mm, const CoilObservations& coils) const {
+  if (!active_ || is_held(coils)) return 0;
+  const RestHook& hook = hooks_[*active_];
+  const double length_mm = std::max(0.0, hook.length_mm() - s_mm);
+  const double curvature_per_mm = hook.curve().whole_turn_rad() / hook.length_mm();
+  // For each unit of curvature an arc's end moves by half the square of its length, as long as it is flat.
+  return kSigmaOfMaking * std::min(curvature_per_mm * squared(length_mm) / 2, length_mm);
+}
+
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {
+  if (configured_ == RestShape::kStraight) {
+    const bool is_hook = std::ranges::any_of(records_, [](const Record& record) {
+      return record.asked >= kMinRounds && record.mean_gain > kNotStraight;
+    });
+    return is_hook ? TipDoubt::kNotStraight : TipDoubt::kNone;
+  }
   if (!active_) {
     if (is_preshaped(configured_)) return TipDoubt::kNoSuchHook;
     return is_undecided(coils) ? TipDoubt::kUndecided : TipDoubt::kNone;
@@ -250,7 +268,13 @@ TipDoubt TipShape::doubt(const CoilObservations& coils) const {
   if (is_preshaped(configured_) && opening_ < kStraightened) {
     return TipDoubt::kStraightened;
   }
-  return is_held(coils) || is_seen_from_two_sides() ? TipDoubt::kNone : TipDoubt::kOneView;
+  if (is_preshaped(configured_) && opening_ > kBentFurther) {
+    return TipDoubt::kBentFurther;
+  }
+  if (is_held(coils)) return TipDoubt::kNone;
+  if (!is_seen_from_two_sides()) return TipDoubt::kOneView;
+  // Two views tell to which side a hook turns, and not how far one bends that nobody has described.
+  return is_preshaped(configured_) ? TipDoubt::kNone : TipDoubt::kUndecided;
 }
 
 void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, std::span<char> words) {
@@ -273,6 +297,19 @@ void write_tip_doubt(TipDoubt doubt, const InstrumentDescription& instrument, st
       text =
           "the tip is far straighter than rest_shape says: a wire or a wall straightens it, or it is another "
           "catheter";
+      break;
+    case TipDoubt::kBentFurther:
+      text = "the tip is far more bent than rest_shape says: check rest_shape and which catheter is in use";
+      break;
+    case TipDoubt::kTakenStraight:
+      text =
+          "the tip is pre-shaped, and is taken for straight in modes em and paper and without cameras: its "
+          "end is elsewhere";
+      break;
+    case TipDoubt::kNotStraight:
+      text =
+          "coils and images show a pre-shaped tip, and a straight one is configured: check rest_shape and "
+          "which catheter is in use";
       break;
     case TipDoubt::kNoSuchHook:
       text =

@@ -20,7 +20,10 @@ enum class TipDoubt {
   kOneView,       ///< a hook that no coil lies in, seen from one side: its mirror image is as likely
   kUndecided,     ///< straight or a hook, their tips are apart, and neither is clearly the likelier
   kStraightened,  ///< a hook is configured, and the tip is found far less bent than that
-  kNoSuchHook     ///< a hook is configured, and a straight tip explains coils and images better
+  kBentFurther,   ///< a hook is configured, and the tip is found far more bent than that
+  kNoSuchHook,    ///< a hook is configured, and a straight tip explains coils and images better
+  kNotStraight,   ///< a straight tip is configured, and a hook explains coils and images better
+  kTakenStraight  ///< a hook is configured, and who estimates knows of straight tips alone
 };
 
 /// Is it that two shapes are about as likely (AMBIGUOUS), and not that one is contradicted or nobody has
@@ -54,6 +57,10 @@ class TipShape {
   [[nodiscard]] bool is_held(const CoilObservations& coils) const;
 
   [[nodiscard]] TipDoubt doubt(const CoilObservations& coils) const;
+
+  /// Standard deviation an axis, mm, of a point at s_mm from the tip that comes of not knowing exactly how
+  /// the hook in use is made; 0 where a coil holds it, and behind it.
+  [[nodiscard]] double sigma_of_making_mm(double s_mm, const CoilObservations& coils) const;
 
   /// The shape that was found with rest(), 3 x coefficients: how far its hook is open is kept.
   void note_shape(const Eigen::Matrix3Xd& C);

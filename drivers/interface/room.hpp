@@ -83,6 +83,7 @@ struct InstrumentDescription {
   double length_mm = 380;            ///< from the tip, the part whose shape is asked for
   std::vector<CoilPlacement> coils;  ///< tip first
   RestShape rest_shape = RestShape::kUnknown;
+  bool trust_straight = false;         ///< nobody asks images whether a straight tip is one
   double hook_radius_mm = 0;           ///< of a hook's circle; 0: there is none
   double hook_length_mm = 0;           ///< from the tip, along the catheter
   std::vector<double> rest_arcs_mm{};  ///< length and radius of each arc, see RestCurve::from_pairs()
@@ -123,6 +124,9 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
            {RestShape::kArcs, "arcs"}},
           "the tip while nothing bends it: a hook or several arcs that its maker has bent, straight, or left "
           "to coils and images to find out"),
+      key::flag("trust_straight", &S::trust_straight,
+                "with rest_shape \"straight\": images are not asked whether the tip is a hook, which saves "
+                "time, and nobody tells when it is another catheter"),
       key::optional(
           key::number(
               "hook_radius_mm", &S::hook_radius_mm, "mm", {2, 200},

@@ -283,14 +283,14 @@ class Bed:
         text += '[em]\ndriver = "simulation"\nT_world_em = [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n\n'
         # A sanitized Frangi filter takes longer than an image may be late: an image of a quarter of the pixels then, with
         # little noise, which comes again every two seconds and would be taken for a background that jumps. Looking for a
-        # hook at the tip, once a second, takes it up to two seconds: a straight tip then.
+        # hook at the tip, once a second, takes it up to two seconds: a straight tip then, about which nobody is asked.
         size = IMAGE_SCALE
         text += (f'[[camera]]\nname = "A"\nwidth = {400 * size:.0f}\nheight = {600 * size:.0f}\nfx = {2000.0 * size}\n'
                  f'fy = {2000.0 * size}\ncx = {200.0 * size}\ncy = {300.0 * size}\n'
                  'T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,1200],[0,0,0,1]]\ndriver = "simulation"\n\n')
         for instrument in instruments:
             text += f'[[instrument]]\nid = "{instrument.id}"\nmode = "{instrument.mode}"\nlength_mm = 380.0\n'
-            text += "" if IMAGE_SCALE == 1 else 'rest_shape = "straight"\n'
+            text += "" if IMAGE_SCALE == 1 else 'rest_shape = "straight"\ntrust_straight = true\n'
             for place, offset_mm in enumerate((10.0, 90.0, 170.0, 270.0, 370.0)):
                 text += (f'[[instrument.coil]]\nsensor = {instrument.first_sensor + place}\n'
                          f'offset_from_tip_mm = {offset_mm}\n')

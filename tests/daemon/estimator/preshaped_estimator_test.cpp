@@ -178,6 +178,28 @@ TEST(PreshapedEstimator, TheWrongInstrumentIsTold) {
   EXPECT_LT(bench.tip_error_mm(), 2);
 }
 
+TEST(PreshapedEstimator, AHookWhereAStraightTipIsConfiguredIsTold) {
+  PreshapedBench bench({8, 14, 1}, 6, RestShape::kStraight);
+  bench.measure_times(160);
+  EXPECT_EQ(bench.estimate->validity, Validity::kQuestionable);
+  EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen));
+  EXPECT_EQ(bench.estimate->points[0].held_by & kHeldByCoil, 0);
+}
+
+TEST(PreshapedEstimator, WhoKnowsOfStraightTipsAloneDoesNotHaveAHookBelieved) {
+  for (const EstimatorMode mode : {EstimatorMode::kEm, EstimatorMode::kPaper}) {
+    PreshapedBench bench({8, 14, 1}, 6, RestShape::kHook, mode);
+    bench.measure_times(40);
+    EXPECT_NE(bench.estimate->validity, Validity::kValid) << name_of(mode);
+    EXPECT_TRUE(bench.estimate->reasons.has(Reason::kTipNotSeen)) << name_of(mode);
+    EXPECT_EQ(bench.estimate->points[0].held_by & kHeldByCoil, 0) << name_of(mode);
+    EXPECT_NE(bench.words().find("is taken for straight"), std::string::npos) << bench.words();
+  }
+  PreshapedBench straight({8, 0, 0}, 6, RestShape::kStraight, EstimatorMode::kEm);
+  straight.measure_times(40);
+  EXPECT_EQ(straight.estimate->validity, Validity::kValid);
+}
+
 // A quarter as bent as told: a wire is in it, or it is another one. The shape is right.
 TEST(PreshapedEstimator, AHookThatIsFarStraighterThanItIsMadeIsTold) {
   PreshapedBench bench({32, 14, 1}, 6, RestShape::kHook);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -48,6 +49,18 @@ struct TipBench {
 };
 
 constexpr HookedTube kStraight{8, 0, 0};
+
+/// Coefficients of a tube that is a circle of this radius in the plane x, y, all along.
+Eigen::Matrix3Xd circle_of(double radius_mm) {
+  const EstimatorSettings settings;
+  const UniformCubicBSpline spline(settings.coefficient_count, 380);
+  Eigen::Matrix3Xd C(3, settings.coefficient_count);
+  for (Eigen::Index i = 0; i < C.cols(); ++i) {
+    const double turn_rad = static_cast<double>(i - 1) * spline.spacing_mm() / radius_mm;
+    C.col(i) = radius_mm * Eigen::Vector3d(std::cos(turn_rad), std::sin(turn_rad), 0);
+  }
+  return C;
+}
 
 TEST(TipShape, AHookThatNobodyToldOfIsFound) {
   int found = 0;
@@ -225,6 +238,58 @@ TEST(TipShape, AHookThatIsConfiguredAndNotThereIsTold) {
   std::array<char, 256> words{};
   write_tip_doubt(bench.shape->doubt(bench.coils), bench.room.instruments.front(), words);
   EXPECT_NE(std::string(words.data()).find("hook is configured"), std::string::npos) << words.data();
+}
+
+TEST(TipShape, AHookWhereAStraightTipIsConfiguredIsToldAndNotTaken) {
+  TipBench bench(kTightHook, 4, RestShape::kStraight);
+  for (int i = 0; i < 3; ++i) bench.ask();
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNone);  // too early to say
+  bench.ask();
+  EXPECT_EQ(bench.shape->rest(), nullptr);
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNotStraight);
+  std::array<char, 256> words{};
+  write_tip_doubt(bench.shape->doubt(bench.coils), bench.room.instruments.front(), words);
+  EXPECT_NE(std::string(words.data()).find("a straight one is configured"), std::string::npos)
+      << words.data();
+
+  TipBench straight(kStraight, 8, RestShape::kStraight);
+  for (int i = 0; i < 6; ++i) straight.ask();
+  EXPECT_EQ(straight.shape->doubt(straight.coils), TipDoubt::kNone);
+}
+
+TEST(TipShape, AHookThatIsFarMoreBentThanItIsMadeIsTold) {
+  TipBench bench({40, 60, 1}, 4, RestShape::kHook);
+  InstrumentDescription& instrument = bench.room.instruments.front();
+  instrument.hook_radius_mm = 40;
+  instrument.hook_length_mm = 60;
+  bench.shape = std::make_unique<TipShape>(EstimatorSettings{}, instrument, bench.room);
+  for (int i = 0; i < 4; ++i) bench.ask();
+  bench.shape->rest()->set_binormal(Eigen::Vector3d::UnitZ());
+  bench.shape->note_shape(circle_of(12));
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kBentFurther);
+  bench.shape->note_shape(circle_of(35));
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kNone);
+}
+
+TEST(TipShape, OfAHookThatNobodyDescribedTwoViewsDoNotTellHowFarItBends) {
+  TipBench bench(kTightHook, 10);
+  for (int i = 0; i < 8 && bench.shape->rest() == nullptr; ++i) bench.ask();
+  ASSERT_NE(bench.shape->rest(), nullptr);
+  bench.shape->note_view(0, bench.now, Eigen::Vector3d::UnitZ());
+  bench.shape->note_view(1, bench.now, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kUndecided);
+}
+
+TEST(TipShape, SigmaOfAHookThatNoCoilHoldsGrowsTowardItsEnd) {
+  TipBench bench({8, 14, 1}, 15, RestShape::kHook);
+  bench.ask();
+  // 15 % of 14^2 / (2 x 8) mm.
+  EXPECT_NEAR(bench.shape->sigma_of_making_mm(0, bench.coils), 1.84, 0.01);
+  EXPECT_NEAR(bench.shape->sigma_of_making_mm(7, bench.coils), 0.46, 0.01);
+  EXPECT_EQ(bench.shape->sigma_of_making_mm(14, bench.coils), 0);
+  TipBench held({8, 14, 1}, 6, RestShape::kHook);
+  held.ask();
+  EXPECT_EQ(held.shape->sigma_of_making_mm(0, held.coils), 0);
 }
 
 TEST(TipShape, ItIsAskedNowAndThen) {
