@@ -32,7 +32,7 @@ constexpr double kSameTip_mm = 2;        // which of the two it is then makes no
 constexpr double kNoSuchHook = -5;
 constexpr double kStraightened = 0.55;   // of its curvature: nearly two of kSigmaOfOpening below as made
 constexpr double kBentFurther = 1.6;     // of its curvature: more than two of kSigmaOfOpening above
-constexpr double kNotStraight = 12;  // as for a hook that is adopted
+constexpr double kNotStraight = 12;      // as for a hook that is adopted
 constexpr double kSigmaOfMaking = 0.15;  // of its curvature
 constexpr double kSideKnownFor_s = 1.5;
 
