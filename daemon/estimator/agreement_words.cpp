@@ -96,6 +96,14 @@ void write_disagreement(const EmImageAgreement& agreement, const InstrumentDescr
   write_explanation(agreement, instrument, cameras, text.subspan(used));
 }
 
+void write_missing_marks(const InstrumentDescription& instrument, std::span<char> text) {
+  std::snprintf(
+      text.data(), text.size(),
+      "%.60s: images do not show its marks where marks_mm has them: check marks_mm and mark_length_mm, "
+      "and which catheter is in use",
+      instrument.id.c_str());
+}
+
 double length_of(const std::array<float, 3>& vector) {
   return static_cast<double>(std::hypot(vector[0], vector[1], vector[2]));
 }

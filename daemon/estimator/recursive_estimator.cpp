@@ -72,11 +72,15 @@ ImageNeed RecursiveEstimator::image_need() const noexcept {
 }
 
 bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noexcept {
-  if (!agreement_.disagree() || agreement_.verdict().explanation == Discord::kNone) {
-    return false;
+  if (agreement_.disagree() && agreement_.verdict().explanation != Discord::kNone) {
+    write_disagreement(agreement_.summary(), instrument_, room_.cameras, words);
+    return true;
   }
-  write_disagreement(agreement_.summary(), instrument_, room_.cameras, words);
-  return true;
+  if (views_.marks_are_missing()) {
+    write_missing_marks(instrument_, words);
+    return true;
+  }
+  return false;
 }
 
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {

@@ -11,6 +11,9 @@ namespace tubed {
 namespace {
 
 constexpr double kSigmaMark_px = 0.5;  // of all marks together, beside the shift's own
+constexpr double kRemembered = 0.99;   // of what earlier images said of marks, with each new one
+constexpr double kMinAsked = 30;
+constexpr double kMissing = 0.1;
 
 }  // namespace
 
@@ -66,12 +69,18 @@ bool TubeViews::read_darkness(const ImageMeasurement& image) {
   return true;
 }
 
+bool TubeViews::marks_are_missing() const {
+  return marks_asked_ > kMinAsked && marks_found_ < kMissing * marks_asked_;
+}
+
 // Each mark that is where the pattern is says how far along itself the tube lies.
 void TubeViews::measure_marks(const ImageMeasurement& image, View& view) {
   if (!marks_.can_find() || !read_darkness(image)) {
     return;
   }
   const auto found = marks_.find(darkness_);
+  marks_asked_ = kRemembered * marks_asked_ + 1;
+  marks_found_ = kRemembered * marks_found_ + (found ? 1 : 0);
   if (!found) {
     return;
   }

@@ -356,6 +356,7 @@ void TubeViews::forget_lines() {
 
 void TubeViews::forget() {
   forget_lines();
+  marks_asked_ = marks_found_ = 0;
   for (View& view : views_) {
     view.likelihood->forget();
   }

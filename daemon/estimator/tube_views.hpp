@@ -99,6 +99,10 @@ class TubeViews {
   /// the tip?
   [[nodiscard]] bool shows(double s_mm, const Observation& observation) const;
 
+  /// The instrument has marks, and hardly any of the last images in which they would have to lie shows their
+  /// pattern.
+  [[nodiscard]] bool marks_are_missing() const;
+
   /// From where that image of this camera was taken; nothing when none takes part.
   [[nodiscard]] std::optional<ViewUsed> used(std::size_t view, const Observation& observation) const;
 
@@ -164,6 +168,8 @@ class TubeViews {
   double radius_mm_;
   MarkSearch marks_;
   std::vector<float> darkness_;  ///< along the tube, for marks_
+  double marks_asked_ = 0;       ///< images in which they would have to lie; older ones count less
+  double marks_found_ = 0;       ///< of these
 };
 
 }  // namespace tubed

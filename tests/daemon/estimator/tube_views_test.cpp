@@ -168,6 +168,34 @@ TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
   }
 }
 
+TEST(TubeViews, MarksThatNoImageShowsAreMissing) {
+  RoomDescription room = one_view_room();
+  room.instruments.front().marks_mm = {8, 18, 34};
+  room.instruments.front().mark_length_mm = 3.6;
+  Views of;
+  TubeViews views(of.settings, room.instruments.front(), room);
+  const auto show = [&](const std::vector<double>& bands_mm) {
+    of.now += milliseconds(100);
+    ImageMeasurement image = image_of_arc(room, of.now);
+    paint(room, bands_mm, image);
+    Observation observation;
+    observation.instant = observation.now = of.now;
+    observation.images[0] = &image;
+    observation.image_timeout = milliseconds(120);
+    views.measure(observation, of.spline, of.C, {5, true, 0, true}, *of.estimate);
+  };
+  for (int i = 0; i < 30; ++i) show({});
+  EXPECT_FALSE(views.marks_are_missing()) << "too early to say";
+  for (int i = 0; i < 10; ++i) show({});
+  EXPECT_TRUE(views.marks_are_missing());
+  for (int i = 0; i < 10; ++i) show({8, 18, 34});
+  EXPECT_FALSE(views.marks_are_missing());
+  for (int i = 0; i < 400; ++i) show({});
+  EXPECT_TRUE(views.marks_are_missing()) << "what was long ago counts";
+  views.forget();
+  EXPECT_FALSE(views.marks_are_missing());
+}
+
 TEST(TubeViews, OnlyAnImageOfTheInstantTellsHowManyAgree) {
   Views of;
   EXPECT_FALSE(of.views.agreeing(0, of.now).has_value());
