@@ -9,6 +9,8 @@ namespace tubed {
 namespace {
 
 constexpr std::size_t kMinMarkers = 3;
+constexpr std::size_t kMaxMarkers = 1000;  // nobody touches as many; which are exchanged is asked of each
+constexpr double kSame_mm = 1e-6;
 
 std::vector<std::string> names_of(const std::vector<Marker>& markers) {
   std::vector<std::string> names;
@@ -55,6 +57,22 @@ void refuse_unmatched(const MarkerFile& world, const MarkerFile& touched, std::s
   }
 }
 
+void refuse_too_many(const MarkerFile& file) {
+  if (file.markers.size() > kMaxMarkers) {
+    throw MarkerFileError(file.name + " has " + std::to_string(file.markers.size()) + " markers, expected " +
+                          std::to_string(kMaxMarkers) + " at most: is it a surface or a path?");
+  }
+}
+
+/// Also where one of them was turned from LPS to RAS. A tracker never has the world's numbers.
+void refuse_same_places(const MarkerFile& world, const MarkerFile& touched, const MarkerPairs& pairs) {
+  if (pairs.size() >= kMinMarkers &&
+      (pairs.p_em_mm.cwiseAbs() - pairs.p_world_mm.cwiseAbs()).cwiseAbs().maxCoeff() < kSame_mm) {
+    throw MarkerFileError(touched.name + " has the places of " + world.name +
+                          ": expected where a probe touched them, in the tracker's frame");
+  }
+}
+
 }  // namespace
 
 MarkerPairs MarkerPairs::without(std::size_t index) const {
@@ -73,6 +91,8 @@ MarkerPairs MarkerPairs::without(std::size_t index) const {
 
 PairedMarkers pair_markers(const MarkerFile& world, const MarkerFile& touched, Correspondence correspondence,
                            const std::vector<std::string>& excluded) {
+  refuse_too_many(world);
+  refuse_too_many(touched);
   const std::vector<Marker> named =
       correspondence == Correspondence::kByOrder ? named_by_order(world, touched) : touched.markers;
   const std::vector<std::string> world_names = names_of(world.markers);
@@ -101,6 +121,7 @@ PairedMarkers pair_markers(const MarkerFile& world, const MarkerFile& touched, C
     paired.pairs.p_world_mm.col(static_cast<Eigen::Index>(i)) = p_world_mm[i];
     paired.pairs.p_em_mm.col(static_cast<Eigen::Index>(i)) = p_em_mm[i];
   }
+  refuse_same_places(world, touched, paired.pairs);
   const auto remark = [&](const char* words, const std::vector<std::string>& names) {
     if (!names.empty()) paired.remarks.push_back(words + list_of(names));
   };

@@ -31,7 +31,8 @@ struct PairedMarkers {
 /// says so. By order the first of one file is the first of the other, named as in the world, and both have as
 /// many. `excluded` names markers of the world that are not used. Throws MarkerFileError for names that do
 /// not match (fewer than three in common while both files have three), other counts by order, an excluded
-/// name that is none.
+/// name that is none, more than 1000 markers, and touched markers that are where the world's are, whatever
+/// the signs of their coordinates.
 PairedMarkers pair_markers(const MarkerFile& world, const MarkerFile& touched, Correspondence correspondence,
                            const std::vector<std::string>& excluded = {});
 

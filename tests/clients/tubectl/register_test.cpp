@@ -162,6 +162,12 @@ TEST_F(RegisterTest, OtherNamesArePairedByOrderWhenAskedFor) {
 const std::string kMarkups =
     R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": [)";
 
+std::string many_markers(int count) {
+  std::string text = "name,x,y,z\n";
+  for (int i = 0; i < count; ++i) text += "P" + std::to_string(i) + "," + std::to_string(i) + ",0,0\n";
+  return text;
+}
+
 TEST_F(RegisterTest, WhatIsUsedWrongIsMetWithWords) {
   const Phantom good;
   const auto swap = [](MarkerPairs& pairs) {
@@ -221,6 +227,14 @@ TEST_F(RegisterTest, WhatIsUsedWrongIsMetWithWords) {
        "name,x,y,z\nM1,0,0,0\n",
        {"--by-order"},
        "both need as many"},
+      of("the world's markers given twice",
+         changed([](MarkerPairs& pairs) { pairs.p_em_mm = pairs.p_world_mm; }), "has the places of"),
+      of("the same, turned from LPS to RAS", changed([](MarkerPairs& pairs) {
+           pairs.p_em_mm = pairs.p_world_mm;
+           pairs.p_em_mm.topRows<2>() *= -1;
+         }),
+         "has the places of"),
+      {"a surface instead of markers", many_markers(1001), good.touched(), {}, "1000 at most"},
       {"a name twice", "name,x,y,z\nM1,0,0,0\nM1,9,0,0\n", good.touched(), {}, "world.csv:3:1"},
       {"not a number", "name,x,y,z\nM1,0,nan,0\n", good.touched(), {}, "world.csv:2:6"},
       {"an empty file", "", good.touched(), {}, "the file is empty"},
