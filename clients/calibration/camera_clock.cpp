@@ -4,8 +4,10 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "clients/calibration/formatted.hpp"
+#include "clients/calibration/median.hpp"
 
 namespace tubed {
 
@@ -78,10 +80,7 @@ double median_interval_s(const std::vector<SequenceMeasurement>& measurements) {
   for (std::size_t i = 1; i < measurements.size(); ++i) {
     intervals_s.push_back(measurements[i].t_s - measurements[i - 1].t_s);
   }
-  if (intervals_s.empty()) return 0;
-  const auto middle = intervals_s.begin() + static_cast<std::ptrdiff_t>(intervals_s.size() / 2);
-  std::nth_element(intervals_s.begin(), middle, intervals_s.end());
-  return *middle;
+  return intervals_s.empty() ? 0 : median_of(std::move(intervals_s));
 }
 
 /// With one measurement an image, half way between two of them is where their mean scatters least: the images

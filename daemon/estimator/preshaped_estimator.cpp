@@ -1,10 +1,12 @@
 #include "daemon/estimator/preshaped_estimator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "daemon/estimator/report.hpp"
 #include "idl/geometry/image_mask.hpp"
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -49,14 +51,8 @@ void PreshapedEstimator::update(const Observation& observation, TubeEstimate& es
   if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
     note_views(observation, estimate);
   }
+  add_error_of_making(coils, estimate);
   doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
-  for (std::size_t i = 0; i < estimate.point_count; ++i) {
-    const double sigma_mm = tip_shape_.sigma_of_making_mm(place_of_point_mm(i, estimate), coils);
-    if (sigma_mm == 0) break;
-    for (const std::size_t axis : {0, 3, 5}) {
-      estimate.points[i].covariance_mm2[axis] += static_cast<float>(sigma_mm * sigma_mm);
-    }
-  }
   if (doubt_ != TipDoubt::kNone) {
     estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
     release_tip(coils.first_used_mm(), estimate);
@@ -81,6 +77,17 @@ void PreshapedEstimator::note_shape(const TubeEstimate& estimate) {
         Eigen::Map<const Eigen::Vector3d>(estimate.coefficients_mm[static_cast<std::size_t>(i)].data());
   }
   tip_shape_.note_shape(C_);
+}
+
+void PreshapedEstimator::add_error_of_making(const CoilObservations& coils, TubeEstimate& estimate) const {
+  constexpr std::array<std::size_t, 3> kDiagonal{0, 3, 5};  // of an upper triangle
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    const double sigma_mm = tip_shape_.sigma_of_making_mm(place_of_point_mm(i, estimate), coils);
+    if (sigma_mm == 0) return;  // nor behind it
+    for (const std::size_t axis : kDiagonal) {
+      estimate.points[i].covariance_mm2[axis] += static_cast<float>(squared(sigma_mm));
+    }
+  }
 }
 
 // Which cameras look at the tip.

@@ -13,7 +13,8 @@ namespace tubed {
 /// Runs the one estimator or the other, never both; the one that takes over begins afresh. That with a hook
 /// has more coefficients: a spline of 16 mm cannot bend as a hook of 8 mm does. Says AMBIGUOUS where the
 /// side to which a hook turns is not known, or whether there is one; TIP_NOT_SEEN where a configured hook's
-/// roll has not been looked for yet, or it is not there. See Estimator for thread and promises.
+/// roll has not been looked for yet, and where another tip is seen than the configured one. See Estimator for
+/// thread and promises.
 class PreshapedEstimator final : public Estimator {
  public:
   /// `make` makes an estimator with such settings; its rest shape is straight.
@@ -43,6 +44,7 @@ class PreshapedEstimator final : public Estimator {
   [[nodiscard]] RestShapedEstimator& active() const { return tip_shape_.rest() ? *hooked_ : *straight_; }
   [[nodiscard]] CoilObservations observe(const Observation& observation) const;
   void note_shape(const TubeEstimate& estimate);
+  void add_error_of_making(const CoilObservations& coils, TubeEstimate& estimate) const;
   void note_views(const Observation& observation, const TubeEstimate& estimate);
 
   EstimatorSettings settings_;

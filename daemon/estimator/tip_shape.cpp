@@ -11,8 +11,8 @@ namespace tubed {
 
 namespace {
 
-// What is tried where the configuration says nothing. The opening of a hook is free by a quarter, so that
-// these two stand for those beside them.
+// What is tried where the configuration says nothing, or that the tip is straight. The opening of a hook is
+// free by a quarter, so that these two stand for those beside them.
 constexpr std::array<RestArc, 2> kGenericHooks{{{14, 8}, {30, 16}}};
 constexpr std::size_t kStartsEach = HookSearch::kStarts;
 constexpr double kAskEvery_s = 0.5;

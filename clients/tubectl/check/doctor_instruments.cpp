@@ -69,14 +69,13 @@ Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::si
                                     : "nothing tells to which side the hook turns"),
             where_to_mount(inside_mm, or_views)};
   }
-  if (instrument.rest_shape == RestShape::kUnknown && cameras == 1 && first_mm > kSeesAnyHook_mm &&
+  if (instrument.rest_shape == RestShape::kUnknown && cameras > 0 && first_mm > kSeesAnyHook_mm &&
       first_mm <= CoilObservations::kHolds_mm) {
-    return {
-        Verdict::kNote,
-        fmt::format("the first coil lies {:.0f} mm from the tip and rest_shape is not stated: in one view it "
-                    "is AMBIGUOUS at times whether the tip is a hook",
-                    first_mm),
-        "say rest_shape in the configuration"};
+    return {Verdict::kNote,
+            fmt::format("the first coil lies {:.0f} mm from the tip and rest_shape is not stated: it is "
+                        "AMBIGUOUS at times whether the tip is a hook",
+                        first_mm),
+            "say rest_shape in the configuration"};
   }
   if (first_mm > CoilObservations::kHolds_mm) {
     return {

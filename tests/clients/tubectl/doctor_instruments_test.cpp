@@ -91,12 +91,14 @@ TEST(DoctorInstruments, AHookThatIsTooShortForACoilIsNotToldToMountOneAtItsTip) 
   EXPECT_TRUE(contains(finding_of(configuration).advice, "2 mm from the tip or nearer"));
 }
 
-TEST(DoctorInstruments, ATipThatNobodyDescribedIsWorthANoteInOneView) {
-  Configuration configuration = room_with({15, 60, 110, 160, 220, 280, 340, 375});
-  configuration.room.instruments[0].rest_shape = RestShape::kUnknown;
-  EXPECT_TRUE(contains(finding_of(configuration).advice, "say rest_shape"));
-  configuration.room.instruments[0].coils[0].offset_from_tip_mm = 10;
-  EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
+TEST(DoctorInstruments, ATipThatNobodyDescribedIsWorthANote) {
+  for (const int cameras : {1, 2}) {
+    Configuration configuration = room_with({15, 60, 110, 160, 220, 280, 340, 375}, cameras);
+    configuration.room.instruments[0].rest_shape = RestShape::kUnknown;
+    EXPECT_TRUE(contains(finding_of(configuration).advice, "say rest_shape")) << cameras;
+    configuration.room.instruments[0].coils[0].offset_from_tip_mm = 10;
+    EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood) << cameras;
+  }
 }
 
 TEST(DoctorInstruments, ModeEmHasNoViewsToBeGiven) {

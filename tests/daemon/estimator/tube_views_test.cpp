@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "idl/geometry/camera.hpp"
@@ -136,25 +137,38 @@ void paint(const RoomDescription& room, const std::vector<double>& bands_mm, Ima
   }
 }
 
-TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
-  RoomDescription room = one_view_room();
-  room.instruments.front().marks_mm = {8, 18, 34};
-  room.instruments.front().mark_length_mm = 3.6;  // 1.3 mm and the brush
-  Views of;
-  TubeViews views(of.settings, room.instruments.front(), room);
-  const auto lines_of = [&](const std::vector<double>& bands_mm) {
+/// One view of a tube with three marks, which are asked for.
+struct MarkedViews {
+  MarkedViews() {
+    room.instruments.front().marks_mm = {8, 18, 34};
+    room.instruments.front().mark_length_mm = 3.6;  // 1.3 mm and the brush
+    views.emplace(of.settings, room.instruments.front(), room);
+  }
+
+  /// An image whose bands lie there; the lines that it gives.
+  ViewConstraints show(const std::vector<double>& bands_mm) {
+    of.now += milliseconds(100);
     ImageMeasurement image = image_of_arc(room, of.now);
     paint(room, bands_mm, image);
     Observation observation;
     observation.instant = observation.now = of.now;
     observation.images[0] = &image;
     observation.image_timeout = milliseconds(120);
-    views.measure(observation, of.spline, of.C, {5, true, 0, true}, *of.estimate);
-    return views.constraints(observation, 1, true)[0];
-  };
-  const int without = lines_of({}).count;
+    views->measure(observation, of.spline, of.C, {5, true, 0, true}, *of.estimate);
+    return views->constraints(observation, 1, true)[0];
+  }
+
+  Views of;
+  RoomDescription room = one_view_room();
+  std::optional<TubeViews> views;
+};
+
+TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
+  MarkedViews marked;
+  const RoomDescription& room = marked.room;
+  const int without = marked.show({}).count;
   constexpr double kFurther_mm = 2;
-  const ViewConstraints with = lines_of({8 + kFurther_mm, 18 + kFurther_mm, 34 + kFurther_mm});
+  const ViewConstraints with = marked.show({8 + kFurther_mm, 18 + kFurther_mm, 34 + kFurther_mm});
   ASSERT_EQ(with.count, without + 3);
   for (int mark = 0; mark < 3; ++mark) {
     const LineConstraint& line = with.lines[with.count - 4 + mark];  // the tube's end is the last
@@ -169,28 +183,15 @@ TEST(TubeViews, MarksThatAreSeenFurtherAlongSayHowFar) {
 }
 
 TEST(TubeViews, MarksThatNoImageShowsAreMissing) {
-  RoomDescription room = one_view_room();
-  room.instruments.front().marks_mm = {8, 18, 34};
-  room.instruments.front().mark_length_mm = 3.6;
-  Views of;
-  TubeViews views(of.settings, room.instruments.front(), room);
-  const auto show = [&](const std::vector<double>& bands_mm) {
-    of.now += milliseconds(100);
-    ImageMeasurement image = image_of_arc(room, of.now);
-    paint(room, bands_mm, image);
-    Observation observation;
-    observation.instant = observation.now = of.now;
-    observation.images[0] = &image;
-    observation.image_timeout = milliseconds(120);
-    views.measure(observation, of.spline, of.C, {5, true, 0, true}, *of.estimate);
-  };
-  for (int i = 0; i < 30; ++i) show({});
+  MarkedViews marked;
+  TubeViews& views = *marked.views;
+  for (int i = 0; i < 30; ++i) marked.show({});
   EXPECT_FALSE(views.marks_are_missing()) << "too early to say";
-  for (int i = 0; i < 10; ++i) show({});
+  for (int i = 0; i < 10; ++i) marked.show({});
   EXPECT_TRUE(views.marks_are_missing());
-  for (int i = 0; i < 10; ++i) show({8, 18, 34});
+  for (int i = 0; i < 10; ++i) marked.show({8, 18, 34});
   EXPECT_FALSE(views.marks_are_missing());
-  for (int i = 0; i < 400; ++i) show({});
+  for (int i = 0; i < 400; ++i) marked.show({});
   EXPECT_TRUE(views.marks_are_missing()) << "what was long ago counts";
   views.forget();
   EXPECT_FALSE(views.marks_are_missing());
