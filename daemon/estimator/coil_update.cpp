@@ -3,7 +3,20 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "idl/geometry/squared.hpp"
+
 namespace tubed {
+
+namespace {
+
+/// Of |zeta'| - 1: what a spline makes of a tube that bends more sharply than it can, for knots this far
+/// apart; its curvature's error goes with the square.
+constexpr double kStrainOfSpline = 0.15;
+constexpr double kWithSpacing_mm = 16.5;
+constexpr double kSigmaOfStrain = 0.1;  // of what is more, one measurement
+constexpr double kMinSpeed = 0.5;  // of |zeta'|: no direction turns faster than that with the coefficients
+
+}  // namespace
 
 CoilUpdate::CoilUpdate(int max_coils, int column_count)
     : PHt_(Eigen::MatrixXd::Zero(3 * column_count, 6 * max_coils)),
@@ -16,10 +29,10 @@ void CoilUpdate::add(const Rows& rows, const Eigen::Vector3d& residual_at_C, con
                      const Eigen::Matrix3Xd& m, const Eigen::MatrixXd& P) {
   rows_[static_cast<std::size_t>(count_)] = rows;
   auto covariance = PHt_.middleCols<3>(3 * count_);
-  Eigen::Vector3d departure = rows.scale * (m.col(rows.further) - C.col(rows.further));
-  // P H^T column by column. H has four blocks w_k G at the coefficients and scale I at the coil's own error;
-  // the residual is whitened, so that R = I.
-  covariance = rows.scale * P.middleCols<3>(3 * rows.further);
+  Eigen::Vector3d departure = rows.further_gradient * (m.col(rows.further) - C.col(rows.further));
+  // P H^T column by column. H has four blocks w_k G at the coefficients and one at the coil's own error; the
+  // residual is whitened, so that R = I.
+  covariance.noalias() = P.middleCols<3>(3 * rows.further) * rows.further_gradient.transpose();
   for (int k = 0; k < 4; ++k) {
     const int column = rows.first + k;
     const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
@@ -37,7 +50,7 @@ void CoilUpdate::fill_innovation_covariance(Eigen::Index n) {
   for (Eigen::Index a = 0; a < count_; ++a) {
     const Rows& rows = rows_[static_cast<std::size_t>(a)];
     auto band = S.middleRows<3>(3 * a);
-    band = rows.scale * PHt_.block(3 * rows.further, 0, 3, n);
+    band.noalias() = rows.further_gradient * PHt_.block(3 * rows.further, 0, 3, n);
     for (int k = 0; k < 4; ++k) {
       const Eigen::Matrix3d gradient = rows.weights[static_cast<std::size_t>(k)] * rows.gradient;
       band.noalias() += gradient * PHt_.block(3 * (rows.first + k), 0, 3, n);
@@ -50,6 +63,7 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
                        double sigma_tangent, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P) {
   count_ = 0;
   pull_ = Pull{};
+  const double of_spline = kStrainOfSpline * squared(map.spline().spacing_mm() / kWithSpacing_mm);
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     if (!coil.used()) {
@@ -58,17 +72,25 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
     const CubicBasis basis = map.spline().basis(coil.s_mm);
     const int position = map.position_error_column(i);
     const int tangent = map.tangent_error_column(i);
-    add({basis.first, basis.value, Eigen::Matrix3d::Identity() / sigma_position_mm, position,
-         1 / sigma_position_mm},
+    const Eigen::Matrix3d placing = Eigen::Matrix3d::Identity() / sigma_position_mm;
+    add({basis.first, basis.value, placing, position, placing},
         (combine(C, basis.first, basis.value) + C.col(position) - coil.p_world_mm) / sigma_position_mm, C, m,
         P);
     const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
-    const double speed = std::max(derivative.norm(), 1e-6);
-    const Eigen::Vector3d direction = derivative / speed;
-    const Eigen::Matrix3d turning =
-        -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent);
-    add({basis.first, basis.first_derivative, turning, tangent, 1 / sigma_tangent},
-        (-direction + C.col(tangent) - coil.tangent_world) / sigma_tangent, C, m, P);
+    const double speed = derivative.norm();
+    const Eigen::Vector3d direction = derivative / std::max(speed, 1e-6);
+    const Eigen::Matrix3d along = direction * direction.transpose();
+    const Eigen::Matrix3d all = Eigen::Matrix3d::Identity() / sigma_tangent;
+    const Eigen::Matrix3d across = all - along / sigma_tangent;
+    const Eigen::Matrix3d turning = -across / std::max(speed, kMinSpeed);
+    const Eigen::Vector3d turned = C.col(tangent) - coil.tangent_world - direction;
+    const double strain = speed - std::clamp(speed, 1 - of_spline, 1 + of_spline);
+    if (strain == 0) {
+      add({basis.first, basis.first_derivative, turning, tangent, all}, turned / sigma_tangent, C, m, P);
+    } else {
+      add({basis.first, basis.first_derivative, turning + along / kSigmaOfStrain, tangent, across},
+          across * turned + direction * (strain / kSigmaOfStrain), C, m, P);
+    }
   }
   if (count_ == 0) {
     return true;

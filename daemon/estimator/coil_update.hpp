@@ -10,7 +10,10 @@
 namespace tubed {
 
 /// Kalman's update in covariance form: five coils are at most 30 residuals, far fewer than the state has
-/// unknowns. Residuals as TubeMap's, Eq. (12), with the errors that stay. Memory is taken in the constructor.
+/// unknowns. Residuals as TubeMap's, Eq. (12), with the errors that stay. Where the mean is stretched or
+/// squeezed beyond what the spline needs, a direction's part along itself, which says nothing, gives way to
+/// the strain: nothing else holds |zeta'| between two images, and where it comes near to zero a direction
+/// turns about at a touch. Memory is taken in the constructor.
 class CoilUpdate {
  public:
   CoilUpdate(int max_coils, int column_count);
@@ -29,13 +32,14 @@ class CoilUpdate {
   [[nodiscard]] const Pull& pull() const { return pull_; }
 
  private:
-  /// Three whitened residuals: r = gradient * (sum of weights * columns) + scale * further column - measured.
+  /// Three whitened residuals: r = gradient * (sum of weights * columns) + further_gradient * further column
+  /// - measured.
   struct Rows {
     int first = 0;
     std::array<double, 4> weights{};
     Eigen::Matrix3d gradient;
     int further = 0;
-    double scale = 0;
+    Eigen::Matrix3d further_gradient;
   };
 
   void add(const Rows& rows, const Eigen::Vector3d& residual_at_C, const Eigen::Matrix3Xd& C,

@@ -55,6 +55,50 @@ TEST(CoilUpdate, IsTheOneOfTheNormalEquations) {
   EXPECT_LT((bench.P - covariance).cwiseAbs().maxCoeff(), 1e-6);
 }
 
+double strain_at(const UpdateBench& bench, const Eigen::Matrix3Xd& C, double s_mm) {
+  const CubicBasis basis = bench.map.spline().basis(s_mm);
+  return combine(C, basis.first, basis.first_derivative).norm() - 1;
+}
+
+// Nothing but the coil's strain is known better than a coefficient's place: a squeezed end opens again.
+TEST(CoilUpdate, AMeanThatIsSqueezedAtACoilIsOpened) {
+  UpdateBench bench;
+  const double s_mm = bench.coils.coils[4].s_mm;
+  const CubicBasis basis = bench.map.spline().basis(s_mm);
+  const Eigen::Vector3d middle = combine(bench.C, basis.first, basis.value);
+  for (int k = 0; k < 4; ++k) {
+    auto column = bench.C.col(basis.first + k);
+    column = middle + 0.2 * (column - middle);
+  }
+  ASSERT_LT(strain_at(bench, bench.C, s_mm), -0.6);
+  bench.m = bench.C;
+  bench.P.setIdentity();
+  bench.P *= 25;
+  CoilUpdate update(5, bench.map.column_count());
+  for (int measurement = 0; measurement < 5; ++measurement) {
+    ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
+  }
+  EXPECT_NEAR(strain_at(bench, bench.C, s_mm), 0, 0.2);
+}
+
+// A direction that is as good as undefined may not throw the state about.
+TEST(CoilUpdate, WithoutADirectionAtACoilTheStepIsNoLongerThanTheShapeIsUnsure) {
+  UpdateBench bench;
+  const CubicBasis basis = bench.map.spline().basis(bench.coils.coils[4].s_mm);
+  const Eigen::Vector3d middle = combine(bench.C, basis.first, basis.value);
+  for (int k = 0; k < 4; ++k) {
+    auto column = bench.C.col(basis.first + k);
+    column = middle + 0.01 * (column - middle);
+  }
+  bench.m = bench.C;
+  const Eigen::Matrix3Xd before = bench.C;
+  bench.P.setIdentity();
+  CoilUpdate update(5, bench.map.column_count());
+  ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
+  const Eigen::Index n = bench.map.spline().coefficient_count();
+  EXPECT_LT((bench.C - before).leftCols(n).colwise().norm().maxCoeff(), 10) << "sigma is 1 mm";
+}
+
 TEST(CoilUpdate, WithoutACoilChangesNothing) {
   UpdateBench bench;
   for (CoilObservation& coil : bench.coils.coils) {
