@@ -85,6 +85,10 @@ std::vector<CoilTrack> tracks_of(const Sequence& sequence) {
   return tracks;
 }
 
+bool is_taken(const MeasuredPiece& piece, const ArcLengthSettings& settings) {
+  return settings.take_all || std::abs(piece.change_mm()) > kBeyondChance * piece.sigma_mm;
+}
+
 MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, double stated_mm,
                             const ArcLengthSettings& settings) {
   std::vector<Measured> measured;
@@ -104,6 +108,7 @@ MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, do
   piece.found_mm = summary.median_mm;
   piece.sigma_mm = std::hypot(summary.sigma_mm, settings.field_mm);
   piece.scatter_mm = summary.scatter_mm;
+  piece.is_changed = is_taken(piece, settings);
   return piece;
 }
 
@@ -131,6 +136,40 @@ std::vector<Measured> ends_of(const ConfiguredSequence& run, const CoilTrack& fi
   // Of several cameras in turn: a place is one, whoever sees it.
   std::ranges::sort(ends, {}, &Measured::t_s);
   return ends;
+}
+
+MeasuredPiece end_piece(const ConfiguredSequence& run, const CoilTrack& first,
+                        const ArcLengthSettings& settings) {
+  const InstrumentDescription& instrument = run.sequence.room.instruments.front();
+  MeasuredPiece piece;
+  piece.stated_mm = instrument.coils.front().offset_from_tip_mm;
+  const std::vector<Measured> ends = ends_of(run, first);
+  if (ends.size() < kMinEnds) return piece;
+  const Summary summary = summary_of(ends);
+  piece.measurements = static_cast<int>(ends.size());
+  piece.found_mm = piece.stated_mm + summary.median_mm;
+  piece.sigma_mm = std::hypot(summary.sigma_mm, room_errors(run.sequence.room, instrument).shift_mm);
+  piece.scatter_mm = summary.scatter_mm;
+  piece.is_changed = is_taken(piece, settings);
+  return piece;
+}
+
+/// Arc lengths of the coils, piece by piece from the tip on.
+std::vector<MeasuredCoil> coils_of(const InstrumentDescription& instrument, const ArcLengths& found) {
+  std::vector<MeasuredCoil> coils;
+  double found_mm = found.end.used_mm();
+  double sigma_mm = found.end.sigma_mm;
+  for (std::size_t k = 0; k < instrument.coils.size(); ++k) {
+    const CoilPlacement& placement = instrument.coils[k];
+    const MeasuredPiece& piece = k == 0 ? found.end : found.pieces[k - 1];
+    if (k > 0) {
+      found_mm += piece.used_mm();
+      sigma_mm = std::hypot(sigma_mm, piece.sigma_mm);
+    }
+    coils.push_back({placement.sensor, placement.offset_from_tip_mm, found_mm, sigma_mm,
+                     k > 0 || found.has_end(), piece.measurements});
+  }
+  return coils;
 }
 
 void require_enough(const ArcLengths& found) {
@@ -181,26 +220,8 @@ ArcLengths measure_arc_lengths(const ConfiguredSequence& run, const ArcLengthSet
         instrument.coils[k + 1].offset_from_tip_mm - instrument.coils[k].offset_from_tip_mm, settings));
   }
   require_enough(found);
-  const std::vector<Measured> ends = ends_of(run, tracks.front());
-  const double stated_mm = instrument.coils.front().offset_from_tip_mm;
-  MeasuredCoil coil{instrument.coils.front().sensor, stated_mm, stated_mm, 0, false,
-                    static_cast<int>(ends.size())};
-  if (ends.size() >= kMinEnds) {
-    const Summary end = summary_of(ends);
-    found.ends_seen = ends.size();
-    found.end_scatter_mm = end.scatter_mm;
-    coil.found_mm = stated_mm + end.median_mm;
-    coil.sigma_mm = std::hypot(end.sigma_mm, room_errors(run.sequence.room, instrument).shift_mm);
-    coil.was_found = true;
-  }
-  found.coils.push_back(coil);
-  for (std::size_t k = 0; k < found.pieces.size(); ++k) {
-    const CoilPlacement& placement = instrument.coils[k + 1];
-    const MeasuredPiece& piece = found.pieces[k];
-    found.coils.push_back({placement.sensor, placement.offset_from_tip_mm,
-                           found.coils[k].found_mm + piece.found_mm,
-                           std::hypot(found.coils[k].sigma_mm, piece.sigma_mm), true, piece.measurements});
-  }
+  found.end = end_piece(run, tracks.front(), settings);
+  found.coils = coils_of(instrument, found);
   return found;
 }
 

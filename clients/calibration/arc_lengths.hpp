@@ -11,10 +11,13 @@
 
 namespace tubed {
 
+/// More standard deviations than chance takes a measured length away from what is stated of it.
+inline constexpr double kBeyondChance = 2;
+
 struct MeasuredCoil {
   int sensor = 1;
   double stated_mm = 0;
-  double found_mm = 0;  ///< arc length from the tip
+  double found_mm = 0;  ///< arc length from the tip, the sum of the pieces in use
   double sigma_mm = 0;  ///< of it; without a seen end of the distance from the first coil
   bool was_found = false;
   int measurements = 0;
@@ -28,26 +31,34 @@ struct MeasuredPiece {
   double sigma_mm = 0;
   double scatter_mm = 0;  ///< standard deviation of a measurement
   int measurements = 0;
+  bool is_changed = false;  ///< what was found is taken, not what is stated
+  [[nodiscard]] double change_mm() const { return found_mm - stated_mm; }
+  [[nodiscard]] double used_mm() const { return is_changed ? found_mm : stated_mm; }
 };
 
 struct ArcLengths {
   std::vector<MeasuredCoil> coils;    ///< in the instrument's order
   std::vector<MeasuredPiece> pieces;  ///< between them
-  std::size_t ends_seen = 0;          ///< images that show the tube's end; 0: the first coil stays as stated
-  double end_scatter_mm = 0;          ///< standard deviation of one image, along the tube, mm
+  /// From the first coil to the tip, measured by images; no measurements where they do not show the tube's
+  /// end: the first coil stays as stated.
+  MeasuredPiece end;
+  [[nodiscard]] bool has_end() const { return end.measurements > 0; }
 };
 
 struct ArcLengthSettings {
   /// What the tracker's field may change the distance of neighbouring coils by, standard deviation, mm: it is
   /// not averaged away.
   double field_mm = 0.7;
+  /// Take what was found of every piece, also where it differs from what is stated by no more than chance.
+  bool take_all = false;
 };
 
 /// The piece between two coils is a cubic curve with the coils' places and directions, of that curve's own
 /// length, wherever their directions are less than 60 degrees apart; the median over the recording. The first
 /// coil's arc length is what the images have the tube's end beyond it, along the tube; what is stated of the
-/// registration is part of its sigma. Throws CalibrationError for fewer than two coils or less than five
-/// seconds in which a piece was measured.
+/// registration is part of its sigma. A piece whose length differs from the stated one by no more than
+/// kBeyondChance sigma keeps the stated one: a bent field adds up along the tube otherwise. Throws
+/// CalibrationError for fewer than two coils or less than five seconds in which a piece was measured.
 ArcLengths measure_arc_lengths(const ConfiguredSequence& run, const ArcLengthSettings& settings);
 
 /// The length of the cubic curve from `a` to `b`, mm, with unit directions there: its derivatives at the ends

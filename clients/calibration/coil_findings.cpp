@@ -14,6 +14,8 @@ std::string words(const char* format, auto... values) {
   return text.data();
 }
 
+constexpr double kStep_mm = 0.01;  // to which arc lengths are written
+
 /// Divided at the end, not multiplied: 90.35, not 90.35000000000001.
 double rounded(double value, double step) { return std::round(value / step) / std::round(1 / step); }
 
@@ -39,18 +41,29 @@ void add_offsets(const Coils& coils, const std::string& instrument_id, bool from
                  ConfigurationFragment& fragment) {
   for (std::size_t k = 0; k < coils.size(); ++k) {
     const auto& coil = coils[k];
-    if (!coil.was_found) {
+    if (!coil.was_found || std::abs(coil.change_mm()) < kStep_mm / 2) {
       fragment.remarks.push_back(
           words("coil %zu (sensor %d) stays at %.1f mm", k + 1, coil.sensor, coil.stated_mm));
       continue;
     }
     fragment.remarks.push_back(change_words(k, coil.sensor, coil.stated_mm, coil.found_mm, coil.sigma_mm));
     fragment.values.push_back(
-        {path_of(instrument_id, k, "offset_from_tip_mm"), rounded(coil.found_mm, 0.01)});
+        {path_of(instrument_id, k, "offset_from_tip_mm"), rounded(coil.found_mm, kStep_mm)});
     if (from_tip) {
-      fragment.values.push_back({path_of(instrument_id, k, "offset_sigma_mm"), rounded(coil.sigma_mm, 0.01)});
+      fragment.values.push_back(
+          {path_of(instrument_id, k, "offset_sigma_mm"), rounded(coil.sigma_mm, kStep_mm)});
     }
   }
+}
+
+/// Stated and measured length of a piece, and which of both is taken.
+std::string piece_words(const std::string& name, const MeasuredPiece& piece) {
+  return name +
+         words(
+             ": %.1f mm stated, %.1f mm measured (%+.1f), sigma %.2f mm, one measurement scatters by "
+             "%.1f mm; ",
+             piece.stated_mm, piece.found_mm, piece.change_mm(), piece.sigma_mm, piece.scatter_mm) +
+         (piece.is_changed ? "taken as measured" : "no more than chance, stays as stated");
 }
 
 void add_remarks(const std::vector<std::string>& remarks, ConfigurationFragment& fragment) {
@@ -98,26 +111,25 @@ ConfigurationFragment fragment_of(const StraightCatheter& found, const std::stri
 
 ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& instrument_id) {
   ConfigurationFragment fragment;
-  fragment.found_by = words("tubectl calibrate arc-lengths, %d measurements, the end in %zu images",
-                            found.pieces.front().measurements, found.ends_seen);
+  fragment.found_by = words("tubectl calibrate arc-lengths, %d measurements, the end in %d images",
+                            found.pieces.front().measurements, found.end.measurements);
   fragment.date = date_of_today();
-  if (found.ends_seen == 0) {
+  if (!found.has_end()) {
     fragment.remarks.emplace_back(
         "the tube's end was seen in too few images: only distances between coils, the first one stays as "
         "stated");
   } else {
-    fragment.remarks.push_back(
-        words("where the tube's end lies beyond the first coil scatters by %.1f mm from image to image",
-              found.end_scatter_mm));
+    fragment.remarks.push_back(piece_words("from the tube's end, as images show it, to coil 1", found.end));
   }
   for (std::size_t k = 0; k < found.pieces.size(); ++k) {
-    const MeasuredPiece& piece = found.pieces[k];
     fragment.remarks.push_back(
-        words("from coil %zu to coil %zu: %.1f mm before, %.1f mm now, sigma %.2f mm, one measurement "
-              "scatters by %.1f mm",
-              k + 1, k + 2, piece.stated_mm, piece.found_mm, piece.sigma_mm, piece.scatter_mm));
+        piece_words(words("from coil %zu to coil %zu", k + 1, k + 2), found.pieces[k]));
   }
-  add_offsets(found.coils, instrument_id, found.ends_seen > 0, fragment);
+  add_offsets(found.coils, instrument_id, found.has_end(), fragment);
+  if (fragment.values.empty()) {
+    fragment.remarks.emplace_back(
+        "every arc length is as stated as far as this recording tells; --all takes what was measured");
+  }
   return fragment;
 }
 

@@ -130,7 +130,7 @@ std::string page_of(const StraightCatheter& found, const ConfigurationFragment& 
 
 std::string page_of(const ArcLengths& found, const ConfigurationFragment& fragment) {
   ReportPage page = begin("Arc lengths from a recording of the catheter in use", fragment);
-  if (found.ends_seen == 0) {
+  if (!found.has_end()) {
     page.verdict(ReportVerdict::kDoubtful, "The tube's end was not seen: distances between coils alone.");
   }
   offsets_verdict(found.coils, page);

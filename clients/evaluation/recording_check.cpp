@@ -315,9 +315,12 @@ void check_agreement(const ConfiguredSequence& run, std::vector<RecordingFinding
   const auto share = [instants](int times) {
     return instants > 0 ? static_cast<double>(times) / instants : 0.0;
   };
-  RecordingFinding agreement{
-      "coils and images", share(disagreed) > kSeldom ? Verdict::kWrong : Verdict::kFine,
-      text_of("they disagree in %.0f %% of %d instants", 100 * share(disagreed), instants), ""};
+  RecordingFinding agreement{"coils and images",
+                             share(disagreed) > kSeldom ? Verdict::kWrong : Verdict::kFine,
+                             text_of("they disagree%s in %.0f %% of %d instants",
+                                     disagreed > 0 ? ", or the instrument is not as configured," : "",
+                                     100 * share(disagreed), instants),
+                             ""};
   if (agreement.verdict == Verdict::kFine && share(confirmed) < kMinConfirmed) {
     agreement.verdict = Verdict::kNotJudged;
     agreement.evidence = text_of("images showed the tube where the coils have it in %.0f %% of %d instants",

@@ -27,6 +27,17 @@ ProjectedTube project(const Camera& camera, const Eigen::Matrix3Xd& points_world
   return tube;
 }
 
+/// Median over the points before the camera; 0: there is none.
+double width_px(const Camera& camera, const Eigen::Matrix3Xd& points_world_mm, double diameter_mm) {
+  std::vector<double> widths_px;
+  for (const auto& p_world_mm : points_world_mm.colwise()) {
+    if (const auto projection = camera.project(p_world_mm)) {
+      widths_px.push_back(camera.calibration().fx * diameter_mm / projection->depth_mm);
+    }
+  }
+  return widths_px.empty() ? 0 : quantile(widths_px, 0.5);
+}
+
 std::string row_of(const RegisteredImage& image) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(), "%5u %-6s %10.2f %8.2f %8.0f %%  ", image.frame,
@@ -67,6 +78,7 @@ std::vector<RegisteredImage> register_images(const Sequence& sequence, const Est
     const Camera camera(camera_of(sequence, row));
     RegisteredImage image{row.frame,        camera.calibration().name,   estimate.validity,
                           estimate.reasons, estimate.image_inlier_ratio, {}};
+    image.width_px = width_px(camera, truth->points_world_mm, sequence.room.instruments.front().diameter_mm);
     image.distance_px = distances_px(project(camera, estimate), project(camera, truth->points_world_mm),
                                      camera.calibration());
     if (!image.distance_px.empty()) {
@@ -95,7 +107,7 @@ RegistrationSummary summary_of(const std::vector<RegisteredImage>& images) {
   std::vector<double> all_px;
   for (const RegisteredImage& image : images) {
     all_px.insert(all_px.end(), image.distance_px.begin(), image.distance_px.end());
-    const bool off = p95_of(image) > kCaptured_px;
+    const bool off = p95_of(image) > std::max(kCaptured_px, image.width_px / 2);
     summary.captured += off ? 1 : 0;
     summary.flagged += off && image.validity != Validity::kValid ? 1 : 0;
   }

@@ -31,6 +31,7 @@ struct RegisteredImage {
   Reasons reasons;
   float agreeing = 0;               ///< share of the lines in view that agree with the shape
   std::vector<double> distance_px;  ///< of its points every mm that lie inside the image; never empty
+  double width_px = 0;              ///< of the true tube's projection, median
 };
 
 /// Every image by itself, from the coils of its instant: the estimator forgets before each. A row for each
@@ -39,7 +40,8 @@ struct RegisteredImage {
 std::vector<RegisteredImage> register_images(const Sequence& sequence, const EstimatorSettings& settings,
                                              const FrangiSettings& frangi);
 
-/// Farther off than this at a twentieth of its points, a tube lies on something else, px.
+/// Farther off than this at a twentieth of its points, and outside of the true tube's picture, a tube lies on
+/// something else, px.
 inline constexpr double kCaptured_px = 3.0;
 
 /// Over all points of all images. Nothing but zeros without images.
@@ -47,7 +49,7 @@ struct RegistrationSummary {
   std::size_t images = 0;
   double median_px = 0;
   double p95_px = 0;
-  std::size_t captured = 0;  ///< images whose 95th percentile is beyond kCaptured_px
+  std::size_t captured = 0;  ///< images whose 95th percentile is beyond kCaptured_px and half of the width
   std::size_t flagged = 0;   ///< of those, with another validity than VALID
 };
 RegistrationSummary summary_of(const std::vector<RegisteredImage>& images);

@@ -12,6 +12,18 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
+/// What spreadsheets write instead of commas; empty: nothing of it.
+std::string other_separator(std::string_view header) {
+  const std::size_t at = header.find_first_of(";\t");
+  if (at == std::string_view::npos || header.find(',') != std::string_view::npos) return "";
+  return std::string("; its fields are separated by ") + (header[at] == ';' ? "';'" : "tabs") +
+         ": save it with commas, and with a dot in numbers";
+}
+
+bool is_utf16(std::string_view bytes) {
+  return bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF");
+}
+
 template <typename Number>
 bool parse_all(std::string_view text, Number& value) {
   const char* end = text.data() + text.size();
@@ -28,6 +40,9 @@ CsvReader::CsvReader(const std::filesystem::path& file,
   if (rest_.starts_with(kByteOrderMark)) {
     rest_.remove_prefix(kByteOrderMark.size());
   }
+  if (is_utf16(rest_)) {
+    throw SequenceError({file_, 1, 1}, "the file is UTF-16 text: save it as UTF-8");
+  }
   if (!next_line()) {
     throw SequenceError({file_, 1, 1}, "the file is empty; its first line has to name the columns");
   }
@@ -43,7 +58,10 @@ bool CsvReader::next_row() {
   if (fields_.size() != header_fields_) {
     throw SequenceError({file_, line_, fields_.back().column},
                         "the row has " + std::to_string(fields_.size()) + " fields, the header " +
-                            std::to_string(header_fields_) + "; was the file cut off while it was written?");
+                            std::to_string(header_fields_) +
+                            (fields_.size() > header_fields_
+                                 ? "; are numbers written with a comma? Expected a dot, like -12.5"
+                                 : "; was the file cut off while it was written?"));
   }
   return true;
 }
@@ -120,7 +138,8 @@ void CsvReader::find_column(std::string_view name, bool is_required) {
   const auto found = std::find_if(fields_.begin(), fields_.end(), is_name);
   if (found == fields_.end() && is_required) {
     throw SequenceError({file_, line_, 1}, "the column '" + std::string(name) +
-                                               "' is missing; the header is " + in_quotes(line_text_));
+                                               "' is missing; the header is " + in_quotes(line_text_) +
+                                               other_separator(line_text_));
   }
   const bool is_there = found != fields_.end();
   const auto again = is_there ? std::find_if(found + 1, fields_.end(), is_name) : found;

@@ -1,6 +1,7 @@
 #include "drivers/png/png_file.hpp"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -81,18 +82,31 @@ bool decode_rows(png_structp png, png_infop header, std::FILE* file,
 void choose_compression(png_structp png, PngCompression compression) {
   if (compression == PngCompression::kFast) {
     png_set_compression_level(png, 1);
+    png_set_compression_strategy(png, Z_RLE);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   } else {
     png_set_compression_level(png, 9);
   }
 }
 
-bool encode_rows(png_structp png, png_infop header, std::FILE* file,
+/// Of libpng: `bytes` of the picture follow. Nothing may be thrown through C.
+void append_bytes(png_structp png, png_bytep bytes, png_size_t count) {
+  auto& encoded = *static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
+  bool has_room = true;
+  try {
+    encoded.insert(encoded.end(), bytes, bytes + count);
+  } catch (const std::bad_alloc&) {
+    has_room = false;
+  }
+  if (!has_room) png_error(png, "no memory");
+}
+
+bool encode_rows(png_structp png, png_infop header, std::vector<std::uint8_t>& encoded,
                  const PictureBytes<const std::uint8_t>& picture, PngCompression compression) {
   if (setjmp(png_jmpbuf(png)) != 0) {
     return false;
   }
-  png_init_io(png, file);
+  png_set_write_fn(png, &encoded, append_bytes, nullptr);
   choose_compression(png, compression);
   png_set_IHDR(png, header, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
                picture.layout == PixelLayout::kGrey16 ? 16 : 8,
@@ -135,16 +149,27 @@ void read_png(const std::filesystem::path& file, const PictureBytes<std::uint8_t
   }
 }
 
-void write_png(const std::filesystem::path& file, const PictureBytes<const std::uint8_t>& picture,
-               PngCompression compression) {
-  File opened(std::fopen(file.c_str(), "wb"));
+std::vector<std::uint8_t> encode_png(const PictureBytes<const std::uint8_t>& picture,
+                                     PngCompression compression) {
+  std::vector<std::uint8_t> encoded;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, jump_back, say_nothing);
   png_infop header = png == nullptr ? nullptr : png_create_info_struct(png);
-  const bool encoded =
-      opened != nullptr && header != nullptr && encode_rows(png, header, opened.get(), picture, compression);
+  const bool is_encoded = header != nullptr && encode_rows(png, header, encoded, picture, compression);
   png_destroy_write_struct(&png, &header);
+  if (!is_encoded) {
+    throw PngError("cannot be encoded: memory is short");
+  }
+  return encoded;
+}
+
+void write_png(const std::filesystem::path& file, const PictureBytes<const std::uint8_t>& picture,
+               PngCompression compression) {
+  const std::vector<std::uint8_t> encoded = encode_png(picture, compression);
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream.write(reinterpret_cast<const char*>(encoded.data()), static_cast<std::streamsize>(encoded.size()));
   // A full disk may be noticed as late as on closing.
-  if (!encoded || std::fclose(opened.release()) != 0) {
+  stream.close();
+  if (!stream) {
     throw PngError("cannot be written; check the folder, its permissions and free space");
   }
 }

@@ -47,9 +47,13 @@ GreyImage read_image(const Sequence& sequence, const SequenceFrame& frame) {
   }
 }
 
+std::vector<std::uint8_t> encode_image(const GreyImage& image) {
+  // X-ray noise hardly compresses.
+  return encode_png({image.width, image.height, layout_of(image.depth), image.pixels}, PngCompression::kFast);
+}
+
 void write_image(const std::filesystem::path& file, const GreyImage& image) {
   try {
-    // X-ray noise hardly compresses.
     write_png(file, {image.width, image.height, layout_of(image.depth), image.pixels}, PngCompression::kFast);
   } catch (const PngError& error) {
     throw SequenceError({file}, std::string("the image ") + error.what());

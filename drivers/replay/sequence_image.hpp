@@ -23,6 +23,9 @@ struct GreyImage {
 /// checked before the pixels are decoded.
 GreyImage read_image(const Sequence& sequence, const SequenceFrame& frame);
 
+/// A picture as the bytes of a PNG file, from any thread.
+std::vector<std::uint8_t> encode_image(const GreyImage& image);
+
 /// Writes a picture as PNG. Throws SequenceError when that fails.
 void write_image(const std::filesystem::path& file, const GreyImage& image);
 

@@ -64,14 +64,24 @@ std::ofstream open_for_writing(const std::filesystem::path& file) {
   return stream;
 }
 
+[[noreturn]] void say_incomplete(const std::filesystem::path& file) {
+  throw SequenceError({file}, "was not written completely; is the disk full?");
+}
+
+void flush_checked(std::ofstream& stream, const std::filesystem::path& file) {
+  if (stream.is_open() && !stream.flush()) say_incomplete(file);
+}
+
+std::string image_file(std::uint32_t frame, int camera) {
+  return "images/" + std::to_string(camera) + "-" + std::to_string(frame) + ".png";
+}
+
 void close_checked(std::ofstream& stream, const std::filesystem::path& file) {
   if (!stream.is_open()) {
     return;
   }
   stream.close();
-  if (!stream) {
-    throw SequenceError({file}, "was not written completely; is the disk full?");
-  }
+  if (!stream) say_incomplete(file);
 }
 
 std::string vector_fields(const Eigen::Vector3d& v) {
@@ -122,8 +132,17 @@ SequenceWriter::SequenceWriter(const std::filesystem::path& folder, const std::s
 }
 
 void SequenceWriter::add_exposure(std::uint32_t frame, double t_s, int camera, const GreyImage& image) {
-  const std::string file = "images/" + std::to_string(camera) + "-" + std::to_string(frame) + ".png";
+  const std::string file = image_file(frame, camera);
   write_image(folder_ / file, image);
+  add_frame_row(frame, t_s, camera, file);
+}
+
+void SequenceWriter::add_encoded_exposure(std::uint32_t frame, double t_s, int camera,
+                                          std::span<const std::uint8_t> png) {
+  const std::string file = image_file(frame, camera);
+  std::ofstream stream = open_for_writing(folder_ / file);
+  stream.write(reinterpret_cast<const char*>(png.data()), static_cast<std::streamsize>(png.size()));
+  close_checked(stream, folder_ / file);
   add_frame_row(frame, t_s, camera, file);
 }
 
@@ -173,6 +192,13 @@ void SequenceWriter::add_truth(const SequenceTruth& truth) {
   for (Eigen::Index s = 0; s < truth.points_world_mm.cols(); ++s) {
     truth_ << truth.frame << ',' << s << ',' << vector_fields(truth.points_world_mm.col(s)) << '\n';
   }
+}
+
+void SequenceWriter::flush() {
+  flush_checked(frames_, folder_ / "frames.csv");
+  flush_checked(measurements_, folder_ / "em.csv");
+  flush_checked(geometry_, folder_ / "geometry.csv");
+  flush_checked(truth_, folder_ / "truth.csv");
 }
 
 void SequenceWriter::finish() {

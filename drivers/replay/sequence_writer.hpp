@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ class SequenceWriter {
 
   /// One exposure with its picture, stored as images/<camera><frame>.png.
   void add_exposure(std::uint32_t frame, double t_s, int camera, const GreyImage& image);
+  /// The same with the bytes of encode_image().
+  void add_encoded_exposure(std::uint32_t frame, double t_s, int camera, std::span<const std::uint8_t> png);
   /// One instant without fluoroscopy.
   void add_instant_without_fluoroscopy(std::uint32_t frame, double t_s, int camera);
   /// How the view stood at a frame already added.
@@ -30,6 +33,8 @@ class SequenceWriter {
   void add_measurement(const SequenceMeasurement& measurement);
   /// The true centreline at a frame already added.
   void add_truth(const SequenceTruth& truth);
+  /// Hands over to the system what was added: a process that is killed afterwards leaves a whole folder.
+  void flush();
   /// Makes sure that everything reached the files; nothing may be added afterwards.
   void finish();
 

@@ -21,7 +21,16 @@ struct ArcLengthOptions {
   AcceptOptions accept;
 };
 
+nlohmann::json json_of(const MeasuredPiece& piece) {
+  return {{"stated_mm", piece.stated_mm},
+          {"measured_mm", piece.found_mm},
+          {"sigma_mm", piece.sigma_mm},
+          {"changed", piece.is_changed}};
+}
+
 nlohmann::json json_of(const ArcLengths& found) {
+  nlohmann::json pieces = nlohmann::json::array();
+  for (const MeasuredPiece& piece : found.pieces) pieces.push_back(json_of(piece));
   nlohmann::json coils = nlohmann::json::array();
   for (const MeasuredCoil& coil : found.coils) {
     coils.push_back({{"sensor", coil.sensor},
@@ -32,9 +41,11 @@ nlohmann::json json_of(const ArcLengths& found) {
                      {"measurements", coil.measurements}});
   }
   return {{"coils", coils},
-          {"from_tip", found.ends_seen > 0},
-          {"ends_seen", found.ends_seen},
-          {"end_scatter_mm", found.end_scatter_mm}};
+          {"from_tip", found.has_end()},
+          {"ends_seen", found.end.measurements},
+          {"end_scatter_mm", found.end.scatter_mm},
+          {"end", json_of(found.end)},
+          {"pieces", pieces}};
 }
 
 int calibrate(const ArcLengthOptions& options) {
@@ -63,6 +74,9 @@ CommandLine add_calibrate_arc_lengths(CommandLine app, int& exit_code) {
           "What the tracker's field may change the distance of neighbouring coils by, standard deviation, mm")
       .in_range(0.0, 20.0)
       .capture_default_str();
+  verb.add_flag("--all", options->settings.take_all,
+                "Take every measured length, also where it differs from what is stated by no more than "
+                "chance (2 sigma)");
   verb.add_option("--json", options->json, "- for the findings as JSON on standard output").is_member({"-"});
   add_accept_options(verb, options->accept);
   verb.footer("Example:\n  tubectl calibrate arc-lengths recording --config /etc/tubed/tubed.toml");

@@ -63,10 +63,9 @@ Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::si
   const char* const or_views = cameras > 0 ? ", or use two views at least 10 degrees apart" : "";
   if (is_preshaped(instrument.rest_shape) && first_mm > inside_mm) {
     return {verdict,
-            fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: {}",
-                        hook_mm, first_mm,
-                        cameras > 0 ? "one view cannot tell to which side the hook turns (AMBIGUOUS)"
-                                    : "nothing tells to which side the hook turns"),
+            fmt::format("its tip is a hook of {:.0f} mm and the first coil lies {:.0f} mm from the tip: one "
+                        "view cannot tell to which side the hook turns (AMBIGUOUS)",
+                        hook_mm, first_mm),
             where_to_mount(inside_mm, or_views)};
   }
   if (instrument.rest_shape == RestShape::kUnknown && cameras > 0 && first_mm > kSeesAnyHook_mm &&
@@ -89,10 +88,26 @@ Finding tip_of(const InstrumentDescription& instrument, double first_mm, std::si
   return {};
 }
 
-NamedFinding examine(const InstrumentDescription& instrument, std::size_t cameras) {
+/// A hook that is configured where no hook is solved for.
+Finding hook_taken_straight(EstimatorMode mode) {
+  const bool is_mode = mode == EstimatorMode::kEm || mode == EstimatorMode::kPaper;
+  return {Verdict::kAdvice,
+          is_mode ? fmt::format("a bent tip is configured, and mode \"{}\" takes every tip for straight: "
+                                "TIP_NOT_SEEN always",
+                                name_of(mode))
+                  : "a bent tip is configured, and without a camera every tip is taken for straight: "
+                    "TIP_NOT_SEEN always",
+          is_mode ? "set mode = \"filter\"" : "configure a camera"};
+}
+
+NamedFinding examine(const InstrumentDescription& instrument, EstimatorMode mode, std::size_t room_cameras) {
   const std::string name = "coils of " + instrument.id;
   if (instrument.coils.empty()) {
     return {name, {}};
+  }
+  const std::size_t cameras = mode == EstimatorMode::kEm ? 0 : room_cameras;
+  if (is_preshaped(instrument.rest_shape) && (cameras == 0 || mode == EstimatorMode::kPaper)) {
+    return {name, hook_taken_straight(mode)};
   }
   const std::vector<Stretch> stretches = unheld_stretches(instrument);
   Finding tip = tip_of(instrument, instrument.coils.front().offset_from_tip_mm, cameras);
@@ -122,8 +137,7 @@ std::vector<NamedFinding> examine_instruments(const Configuration& configuration
   const RoomDescription& room = configuration.room;
   std::vector<NamedFinding> findings;
   for (std::size_t i = 0; i < room.instruments.size(); ++i) {
-    const bool uses_images = configuration.estimators[i].mode != EstimatorMode::kEm;
-    findings.push_back(examine(room.instruments[i], uses_images ? room.cameras.size() : 0));
+    findings.push_back(examine(room.instruments[i], configuration.estimators[i].mode, room.cameras.size()));
   }
   return findings;
 }

@@ -1,5 +1,8 @@
 #include "clients/tubectl/run/run_recorder.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -12,21 +15,33 @@ namespace {
 
 constexpr std::chrono::milliseconds kMaxBehind{500};
 
-std::size_t bytes_of(const GreyImage& image) { return image.pixels.size(); }
-
 }  // namespace
 
+int RunRecorder::usual_encoders() {
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4);
+}
+
 RunRecorder::RunRecorder(const std::filesystem::path& folder, const std::string& note,
-                         const RoomDescription& room, MonotonicTime begin)
-    : writer_(folder, note, room), begin_(begin), written_until_(begin), thread_([this] { run(); }) {}
+                         const RoomDescription& room, MonotonicTime begin, int encoders)
+    : writer_(folder, note, room), begin_(begin), written_until_(begin), thread_([this] { run(); }) {
+  for (int i = 0; i < encoders; ++i) encoders_.emplace_back([this] { encode(); });
+}
 
 RunRecorder::~RunRecorder() {
   {
     const std::lock_guard lock(mutex_);
     is_over_ = is_dropped_ = true;
   }
-  news_.notify_one();
+  join();
+}
+
+void RunRecorder::join() {
+  news_.notify_all();
+  encoders_news_.notify_all();
   if (thread_.joinable()) thread_.join();
+  for (std::thread& encoder : encoders_) {
+    if (encoder.joinable()) encoder.join();
+  }
 }
 
 void RunRecorder::add(MonotonicTime measured, SequenceMeasurement measurement) {
@@ -35,7 +50,11 @@ void RunRecorder::add(MonotonicTime measured, SequenceMeasurement measurement) {
 }
 
 void RunRecorder::add(int camera, const ImageFrame& image) {
-  Exposure exposure{camera, image.fluoroscopy_on, {}, image.geometry};
+  Exposure exposure;
+  exposure.camera = camera;
+  exposure.fluoroscopy_on = image.fluoroscopy_on;
+  exposure.is_ready = !image.fluoroscopy_on;
+  exposure.geometry = image.geometry;
   if (image.fluoroscopy_on) {
     const std::size_t bytes = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
                               (image.depth == PixelDepth::kGrey16 ? 2 : 1);
@@ -43,7 +62,7 @@ void RunRecorder::add(int camera, const ImageFrame& image) {
     exposure.image.pixels.assign(image.pixels.begin(),
                                  image.pixels.begin() + static_cast<std::ptrdiff_t>(bytes));
   }
-  const std::size_t bytes = bytes_of(exposure.image);
+  const std::size_t bytes = exposure.bytes();
   add(image.exposure, Item(std::move(exposure)), bytes);
 }
 
@@ -62,36 +81,88 @@ void RunRecorder::add(MonotonicTime at, Item item, std::size_t bytes) {
     newest_ = std::max(newest_, at);
     waiting_.emplace(at, std::move(item));
   }
-  news_.notify_one();
+  (bytes > 0 ? encoders_news_ : news_).notify_one();
+}
+
+/// The oldest one that nobody has begun with; nullptr: there is none.
+RunRecorder::Exposure* RunRecorder::next_to_encode() {
+  for (auto& [at, item] : waiting_) {
+    auto* const exposure = std::get_if<Exposure>(&item);
+    if (exposure != nullptr && !exposure->is_ready && !exposure->is_claimed) return exposure;
+  }
+  return nullptr;
+}
+
+void RunRecorder::encode() {
+  constexpr int kNice = 10;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);  // of this thread alone; it may fail
+  std::unique_lock lock(mutex_);
+  while (true) {
+    Exposure* exposure = nullptr;
+    encoders_news_.wait(lock, [&] {
+      exposure = next_to_encode();
+      return exposure != nullptr || is_over_;
+    });
+    if (exposure == nullptr || is_dropped_ || failure_) return;
+    exposure->is_claimed = true;  // it is not written before it is ready, so that it stays where it is
+    lock.unlock();
+    std::exception_ptr failure;
+    std::vector<std::uint8_t> png;
+    try {
+      png = encode_image(exposure->image);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    lock.lock();
+    const std::size_t before = exposure->bytes();
+    exposure->png = std::move(png);
+    exposure->image.pixels = {};
+    exposure->is_ready = true;
+    counts_.waiting_bytes = counts_.waiting_bytes + exposure->bytes() - before;
+    if (failure) note_failure(failure);
+    news_.notify_one();
+  }
+}
+
+void RunRecorder::note_failure(const std::exception_ptr& failure) {
+  if (!failure_) failure_ = failure;
+  counts_.has_failed = true;
+}
+
+bool RunRecorder::is_due() const {
+  if (waiting_.empty()) return false;
+  const auto* const exposure = std::get_if<Exposure>(&waiting_.begin()->second);
+  if (exposure != nullptr && !exposure->is_ready) return false;
+  return is_over_ || newest_ - waiting_.begin()->first > kMaxBehind;
 }
 
 void RunRecorder::run() {
   std::unique_lock lock(mutex_);
-  const auto is_due = [this] {
-    return !waiting_.empty() && (is_over_ || newest_ - waiting_.begin()->first > kMaxBehind);
-  };
   while (true) {
-    news_.wait(lock, [&] { return is_due() || is_over_; });
-    if (is_dropped_ || failure_ || (is_over_ && waiting_.empty())) return;
+    news_.wait(lock, [this] {
+      return is_due() || is_dropped_ || failure_ != nullptr || (is_over_ && waiting_.empty());
+    });
+    if (!is_due() || is_dropped_ || failure_) return;
     auto first = waiting_.extract(waiting_.begin());
     written_until_ = first.key();
     lock.unlock();
     std::exception_ptr failure;
     try {
       write(first.key(), first.mapped());
+      writer_.flush();
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     if (const auto* const exposure = std::get_if<Exposure>(&first.mapped())) {
-      counts_.waiting_bytes -= bytes_of(exposure->image);
-      ++counts_.images.at(static_cast<std::size_t>(exposure->camera));
+      counts_.waiting_bytes -= exposure->bytes();
+      counts_.images.at(static_cast<std::size_t>(exposure->camera)) += failure ? 0 : 1;
     } else {
-      ++counts_.measurements;
+      counts_.measurements += failure ? 0 : 1;
     }
     if (failure) {
-      failure_ = failure;
-      counts_.has_failed = true;
+      note_failure(failure);
+      encoders_news_.notify_all();
     }
   }
 }
@@ -107,7 +178,7 @@ void RunRecorder::write(MonotonicTime at, const Item& item) {
   if (!exposure.fluoroscopy_on) {
     writer_.add_instant_without_fluoroscopy(frame, t_s, exposure.camera);
   } else {
-    writer_.add_exposure(frame, t_s, exposure.camera, exposure.image);
+    writer_.add_encoded_exposure(frame, t_s, exposure.camera, exposure.png);
   }
   if (exposure.geometry) writer_.add_geometry(frame, *exposure.geometry);
 }
@@ -122,8 +193,7 @@ void RunRecorder::finish() {
     const std::lock_guard lock(mutex_);
     is_over_ = true;
   }
-  news_.notify_one();
-  if (thread_.joinable()) thread_.join();
+  join();
   if (failure_) std::rethrow_exception(failure_);
   writer_.finish();
 }

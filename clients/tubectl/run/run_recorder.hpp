@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "drivers/interface/image_source.hpp"
 #include "drivers/interface/room.hpp"
@@ -20,14 +21,18 @@
 namespace tubed {
 
 /// What threads hand over is written by a thread of its own, in the order of time: a source may be half a
-/// second behind another one. Pictures wait in memory while the disk is busy, up to kMaxWaiting_bytes.
+/// second behind another one. Other threads encode pictures before, in any order, at low priority: a daemon
+/// on the same host goes first. Pictures wait in memory while all are busy, up to kMaxWaiting_bytes. Each row
+/// is handed to the system at once, so that whatever ends the process leaves a whole folder.
 class RunRecorder {
  public:
   static constexpr std::size_t kMaxWaiting_bytes = std::size_t{2} << 30U;
 
   /// As SequenceWriter's constructor; time 0 of the folder is `begin`.
   RunRecorder(const std::filesystem::path& folder, const std::string& note, const RoomDescription& room,
-              MonotonicTime begin);
+              MonotonicTime begin, int encoders = usual_encoders());
+  /// Half of the processors, 1 to 4.
+  static int usual_encoders();
   /// Without finish() what waits is dropped.
   ~RunRecorder();
   RunRecorder(const RunRecorder&) = delete;
@@ -58,20 +63,29 @@ class RunRecorder {
   struct Exposure {
     int camera = 0;
     bool fluoroscopy_on = false;
-    GreyImage image;
+    GreyImage image;                ///< empty once it is encoded
+    std::vector<std::uint8_t> png;  ///< what is written
+    bool is_claimed = false;        ///< by an encoder
+    bool is_ready = false;          ///< to be written
     std::optional<ViewGeometry> geometry;
+    [[nodiscard]] std::size_t bytes() const { return image.pixels.size() + png.size(); }
   };
   using Item = std::variant<SequenceMeasurement, Exposure>;
 
   void add(MonotonicTime at, Item item, std::size_t bytes);
   void run();
+  void encode();
+  void join();
+  [[nodiscard]] Exposure* next_to_encode();
+  [[nodiscard]] bool is_due() const;
+  void note_failure(const std::exception_ptr& failure);
   void write(MonotonicTime at, const Item& item);
 
   SequenceWriter writer_;
   MonotonicTime begin_;
   std::uint32_t next_frame_ = 0;
   mutable std::mutex mutex_;
-  std::condition_variable news_;
+  std::condition_variable news_;  ///< of the thread that writes
   std::multimap<MonotonicTime, Item> waiting_;
   MonotonicTime newest_{};
   MonotonicTime written_until_{};
@@ -79,6 +93,8 @@ class RunRecorder {
   std::exception_ptr failure_;
   bool is_over_ = false;
   bool is_dropped_ = false;
+  std::condition_variable encoders_news_;
+  std::vector<std::thread> encoders_;
   std::thread thread_;
 };
 

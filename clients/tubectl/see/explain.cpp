@@ -72,9 +72,10 @@ int compare(const Sequence& sequence, const FrangiSettings& frangi, const Explai
   if (options.json) {
     std::cout << all.dump(1) << '\n';
   } else {
-    std::cout << "method               images  median px  95 % px  captured  flagged\n"
-              << summaries << "captured: beyond " << kCaptured_px
-              << " px at a twentieth of the tube; flagged: of those, not VALID\n";
+    std::cout
+        << "method               images  median px  95 % px  captured  flagged\n"
+        << summaries << "captured: beyond " << kCaptured_px
+        << " px, and outside of the true tube, at a twentieth of its points; flagged: of those, not VALID\n";
   }
   return kExitOk;
 }

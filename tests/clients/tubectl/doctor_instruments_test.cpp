@@ -75,6 +75,25 @@ TEST(DoctorInstruments, AHookWithoutACoilInItIsToldWhereToMountOne) {
   EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
 }
 
+TEST(DoctorInstruments, AHookThatItsModeTakesForStraightIsAnAdvice) {
+  Configuration configuration = room_with({9, 60, 110, 160, 220, 280, 340, 375});
+  configuration.room.instruments[0].rest_shape = RestShape::kHook;
+  configuration.room.instruments[0].hook_radius_mm = 8;
+  configuration.room.instruments[0].hook_length_mm = 14;
+  for (const EstimatorMode mode : {EstimatorMode::kEm, EstimatorMode::kPaper}) {
+    configuration.estimators[0].mode = mode;
+    const Finding finding = finding_of(configuration);
+    EXPECT_EQ(finding.verdict, Verdict::kAdvice);
+    EXPECT_TRUE(contains(finding.found, std::string(name_of(mode)) + "\" takes every tip for straight"))
+        << finding.found;
+    EXPECT_TRUE(contains(finding.advice, "filter")) << finding.advice;
+  }
+  configuration.estimators[0].mode = EstimatorMode::kFilter;
+  EXPECT_EQ(finding_of(configuration).verdict, Verdict::kGood);
+  configuration.room.cameras.clear();
+  EXPECT_TRUE(contains(finding_of(configuration).advice, "configure a camera"));
+}
+
 TEST(DoctorInstruments, AHookThatIsTooShortForACoilIsNotToldToMountOneAtItsTip) {
   Configuration configuration = room_with({8, 60, 110, 160, 220, 280, 340, 375});
   configuration.room.instruments[0].rest_shape = RestShape::kHook;

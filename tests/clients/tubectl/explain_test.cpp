@@ -166,6 +166,19 @@ TEST_F(Explain, WritesPicturesAndTheTableOfItsLines) {
   EXPECT_EQ(header, "s_mm,base_x_px,base_y_px,normal_x,normal_y,offset_px,sigma_px,agrees");
 }
 
+TEST(RegistrationSummaries, AWideTubeIsCapturedOnlyOutsideOfItsOwnPicture) {
+  const auto off_by = [](double px, double width_px) {
+    std::vector<RegisteredImage> images(1);
+    images[0].distance_px.assign(100, px);
+    images[0].width_px = width_px;
+    return images;
+  };
+  EXPECT_EQ(summary_of(off_by(4, 2)).captured, 1U);
+  EXPECT_EQ(summary_of(off_by(2.9, 2)).captured, 0U);
+  EXPECT_EQ(summary_of(off_by(4, 14)).captured, 0U) << "still on the tube";
+  EXPECT_EQ(summary_of(off_by(8, 14)).captured, 1U);
+}
+
 TEST_F(Explain, WithoutAnImageEveryMethodTellsHowFarItsTubesLieFromTheTruth) {
   const auto images = register_images(read_sequence(folder_.path()), registration_methods().front().settings,
                                       FrangiSettings{});

@@ -59,9 +59,12 @@ SequenceMeasurement measurement_at(double x_mm) {
 class RunRecorderTest : public testing::Test {
  protected:
   RunRecorder& recorder() {
-    if (!recorder_) recorder_ = std::make_unique<RunRecorder>(folder(), "a test", two_cameras(), kBegin);
+    if (!recorder_) {
+      recorder_ = std::make_unique<RunRecorder>(folder(), "a test", two_cameras(), kBegin, encoders_);
+    }
     return *recorder_;
   }
+  void use_encoders(int count) { encoders_ = count; }
   [[nodiscard]] std::filesystem::path folder() const { return temporary_.path() / "run"; }
   Sequence finished() {
     recorder().finish();
@@ -76,6 +79,7 @@ class RunRecorderTest : public testing::Test {
 
  private:
   TemporaryFolder temporary_;
+  int encoders_ = RunRecorder::usual_encoders();
   std::unique_ptr<RunRecorder> recorder_;
 };
 
@@ -114,6 +118,36 @@ TEST_F(RunRecorderTest, PixelsAndGeometryAreThoseThatCame) {
   EXPECT_FALSE(sequence.frames[0].geometry.has_value());
   ASSERT_TRUE(sequence.frames[1].geometry.has_value());
   EXPECT_EQ(sequence.frames[1].geometry->fx, 1234);
+}
+
+/// Several threads encode, a small picture sooner than a large one before it.
+TEST_F(RunRecorderTest, PicturesThatAreEncodedTogetherAreWrittenInTheOrderOfTime) {
+  use_encoders(4);
+  for (int i = 0; i < 60; ++i) {
+    const auto depth = i % 3 == 0 ? PixelDepth::kGrey16 : PixelDepth::kGrey8;
+    recorder().add(i % 2, image_at(kBegin + milliseconds(10 * i), static_cast<std::uint8_t>(i), depth));
+    recorder().add(kBegin + milliseconds(10 * i), measurement_at(i));
+  }
+  const Sequence sequence = finished();
+  ASSERT_EQ(sequence.frames.size(), 60U);
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_NEAR(sequence.frames[i].t_s, 0.01 * static_cast<double>(i), 1e-9);
+    EXPECT_EQ(read_image(sequence, sequence.frames[i]).pixels[0], i);
+  }
+  EXPECT_EQ(recorder().counts().waiting_bytes, 0U);
+}
+
+TEST_F(RunRecorderTest, WhatWasWrittenIsThereWhateverEndsTheProgram) {
+  recorder().add(kBegin + milliseconds(100), measurement_at(1));
+  recorder().add(0, image_at(kBegin + milliseconds(110), 42));
+  recorder().add(kBegin + milliseconds(120), measurement_at(2));
+  recorder().add(kBegin + milliseconds(2000), measurement_at(3));
+  wait_until_written(2);
+  const Sequence sequence = read_sequence(folder());  // nobody has called finish()
+  ASSERT_EQ(sequence.measurements.size(), 2U);
+  EXPECT_EQ(sequence.measurements[1].coils[0].p_em_mm.x(), 2);
+  ASSERT_EQ(sequence.frames.size(), 1U);
+  EXPECT_EQ(read_image(sequence, sequence.frames[0]).pixels[0], 42);
 }
 
 TEST_F(RunRecorderTest, WhatCameBeforeTheBeginningOrWasOvertakenIsLeftOut) {
