@@ -17,7 +17,13 @@ double EmUpdate::gate(MonotonicTime measured, double interval_s, TubeState& stat
 bool EmUpdate::take(const CoilObservations& coils, TubeState& state) {
   const CoilNoise& noise = state.errors.noise();
   TubeGaussian& tube = state.tube;
-  return update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), tube.C, tube.m, tube.P);
+  if (!update_.apply(coils, map_, noise.noise_position_mm(), noise.noise_tangent(), tube.C, tube.m, tube.P)) {
+    return false;
+  }
+  astray_ = pull().chi_squared > kAstray * pull().expected ? astray_ + 1 : 0;
+  if (astray_ < 2) return true;
+  astray_ = 0;
+  return false;
 }
 
 }  // namespace tubed

@@ -17,8 +17,12 @@ class EmUpdate {
   /// state predicted to its time. Gives CoilInnovations::surprise().
   double gate(MonotonicTime measured, double interval_s, TubeState& state, CoilObservations& coils);
 
-  /// Takes the used coils in. False when the covariance is not positive definite: the state is lost.
+  /// Takes the used coils in. False when the state is lost: its covariance is not positive definite, or what
+  /// coils say is kAstray times as unlikely as noise, twice running, which no motion and no fault of a coil
+  /// that was let through explains.
   bool take(const CoilObservations& coils, TubeState& state);
+
+  static constexpr double kAstray = 100;  ///< chi^2 over its expectation
 
   /// Of the newest take().
   [[nodiscard]] const CoilUpdate::Pull& pull() const { return update_.pull(); }
@@ -28,6 +32,7 @@ class EmUpdate {
   CoilFaults faults_;
   CoilInnovations innovations_;
   CoilUpdate update_;
+  int astray_ = 0;  ///< updates, one after the other
 };
 
 }  // namespace tubed

@@ -4,6 +4,7 @@ and then reconstructs a recording as well as with the true numbers."""
 import json
 import random
 import re
+import tomllib
 
 import bed as beds
 import example_files
@@ -63,6 +64,20 @@ def write_markers(bed, T_world_em):
     (bed.folder / "touched.csv").write_text("\n".join(touched) + "\n")
 
 
+def take_phantom_up(bed, file, T_world_em):
+    """A phantom's file that does not say where it stands, and how a probe touched eight of its balls, 0.3 mm an axis."""
+    text = file.read_text()
+    phantom = tomllib.loads(text)
+    T = phantom["T_world_phantom"]
+    (bed.folder / "phantom.toml").write_text("".join(line for line in text.splitlines(True) if not line.startswith("T_world_phantom")))
+    drawn = random.Random(SEED + 2)
+    touched = ["name,x,y,z"]
+    for name, *p, _ in phantom["balls"][::6]:
+        p_world = [sum(T[i][j] * p[j] for j in range(3)) + T[i][3] for i in range(3)]
+        touched.append(f"{name}," + ",".join(f"{x + drawn.gauss(0, 0.3):.4f}" for x in inverse(T_world_em, p_world)))
+    (bed.folder / "balls.csv").write_text("\n".join(touched) + "\n")
+
+
 def rms_with(bed, folder, config, name):
     run(bed, "reconstruct", folder, "--config", config, "--out", bed.folder / f"{name}.csv", timeout_s=200)
     report = run(bed, "evaluate", folder, "--fused", bed.folder / f"{name}.csv", "--in-view", "--json", "-")
@@ -86,8 +101,11 @@ def an_afternoon_makes_a_room_as_good_as_its_true_numbers(bed):
     write_markers(bed, matrix_of(true_text, "T_world_em"))
     run(bed, "register", "--markers", bed.folder / "markers.csv", "--touched", bed.folder / "touched.csv", *accept)
     run(bed, "calibrate", "phantom", "--config", true_room, "--camera", "A", "--out", bed.folder / "phantom")
+    take_phantom_up(bed, bed.folder / "phantom" / "phantom.toml", matrix_of(true_text, "T_world_em"))
+    placed = bed.folder / "placed.toml"
+    run(bed, "register", "--phantom", bed.folder / "phantom.toml", "--touched", bed.folder / "balls.csv", "--config", room, "--out", placed)
     images = sorted((bed.folder / "phantom").glob("image-*.png"))
-    run(bed, "calibrate", "camera", *images, "--phantom", bed.folder / "phantom" / "phantom.toml", "--camera", "A", *accept)
+    run(bed, "calibrate", "camera", *images, "--phantom", placed, "--camera", "A", *accept)
     done = run(bed, "calibrate", "time", folder, *accept)
     found_ms = float(re.search(r"time_offset_ms = (-?[\d.]+)", room.read_text()).group(1))
     sigma_ms = float(re.search(r"time_offset_sigma_ms = ([\d.]+)", room.read_text()).group(1))

@@ -1,8 +1,10 @@
 // tubectl register: from the tracker's frame to the world, by markers.
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "clients/calibration/ball_phantom.hpp"
 #include "clients/calibration/marker_collector.hpp"
 #include "clients/calibration/registration_report.hpp"
 #include "clients/calibration/tip_offset_file.hpp"
@@ -11,6 +13,7 @@
 #include "clients/tubectl/calibrate/live_probe.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "clients/tubectl/watch/dds_options.hpp"
+#include "daemon/config/load_configuration.hpp"
 #include "drivers/csv/sequence_error.hpp"
 #include "idl/dds_entity.hpp"
 
@@ -20,6 +23,7 @@ namespace {
 
 struct RegisterOptions {
   std::string markers;
+  std::string phantom;
   std::string axes;
   std::string world_axes;
   std::string touched;
@@ -53,6 +57,15 @@ MarkerAxes resulting_axes(const RegisterOptions& options, const MarkerFile& worl
     return MarkerAxes::kAsWritten;
   }
   return options.world_axes.empty() ? MarkerAxes::kLps : axes_of(options.world_axes);
+}
+
+/// Its balls are the markers, its frame stands for the world.
+MarkerFile balls_of(const std::string& file) {
+  MarkerFile markers{file, MarkerAxes::kAsWritten, {}};
+  for (const PhantomBall& ball : read_ball_phantom(file).balls) {
+    markers.markers.push_back({ball.name, ball.p_phantom_mm});
+  }
+  return markers;
 }
 
 MarkerFile read_world(const std::string& file, const RegisterOptions& options) {
@@ -149,8 +162,41 @@ RegistrationContext context_of(const RegisterOptions& options, const MarkerFile&
   return context;
 }
 
+/// The tracker's, which a phantom is placed by.
+RigidTransform configured_registration(const std::string& file) {
+  const RoomDescription room = load_configuration(file).room;
+  if (!room.registered) {
+    throw MarkerFileError(file +
+                          ": [em] has no T_world_em: register the tracker first, then place the phantom");
+  }
+  return room.T_world_em;
+}
+
+/// Where the phantom stands in the world: by markers known in its frame, and by the tracker's registration.
+int place_phantom(const JudgedRegistration& judged, const RigidTransform& T_world_em,
+                  const RegisterOptions& options) {
+  BallPhantom phantom = read_ball_phantom(options.phantom);
+  phantom.T_world_phantom = T_world_em * judged.registration.T_world_em.inverse();
+  const std::string text = to_toml(phantom);
+  if (options.accept.out.empty()) {
+    std::cout << text;
+    return kExitOk;
+  }
+  std::ofstream file(options.accept.out, std::ios::trunc);
+  file << text;
+  file.close();
+  if (!file) throw MarkerFileError(options.accept.out + ": cannot be written");
+  std::cerr << "The phantom where it stands is in " << options.accept.out
+            << "; next: tubectl calibrate camera --phantom " << options.accept.out << "\n";
+  return kExitOk;
+}
+
 int register_em(const RegisterOptions& options) {
-  const MarkerFile world = read_world(options.markers, options);
+  const bool is_phantom = !options.phantom.empty();
+  const RigidTransform T_world_em =
+      is_phantom ? configured_registration(options.accept.config) : RigidTransform::Identity();
+  const MarkerFile world =
+      options.markers.empty() ? balls_of(options.phantom) : read_world(options.markers, options);
   const MarkerFile touched = options.live ? touch(options, world) : read_touched(options.touched);
   PairedMarkers paired =
       pair_markers(world, touched, options.by_order ? Correspondence::kByOrder : Correspondence::kByName,
@@ -168,14 +214,24 @@ int register_em(const RegisterOptions& options) {
     std::cerr << "tubectl: no registration: see what is WRONG above\n";
     return kExitBadData;
   }
+  if (is_phantom) return place_phantom(judged, T_world_em, options);
   return offer(fragment_of(judged, context), options.accept);
 }
 
 int checked(const RegisterOptions& options) {
   if (options.live == !options.touched.empty())
     refuse_usage("register", "give either --touched FILE or --live");
+  if (options.markers.empty() && options.phantom.empty())
+    refuse_usage("register", "give --markers FILE, or --phantom FILE to place a phantom");
+  if (!options.phantom.empty() && options.accept.config.empty())
+    refuse_usage("register", "--phantom needs --config FILE: where the tracker stands in the world");
+  if (!options.phantom.empty() && !options.json.empty())
+    refuse_usage("register", "--phantom writes a phantom's file: leave out --json");
   try {
     return register_em(options);
+  } catch (const PhantomError& error) {
+    std::cerr << "tubectl: " << error.what() << '\n';
+    return kExitBadData;
   } catch (const MarkerFileError& error) {
     std::cerr << "tubectl: " << error.what() << '\n';
     return kExitBadData;
@@ -211,8 +267,12 @@ void add_live_options(CommandLine verb, RegisterOptions& options) {
 CommandLine add_register(CommandLine app, int& exit_code) {
   auto options = std::make_shared<RegisterOptions>();
   CommandLine verb = app.add_subcommand("register", "Register the EM tracker to the world by markers");
-  verb.add_option("--markers", options->markers, "Markers in the world: CSV (name,x,y,z), .mrk.json or .fcsv")
-      .required();
+  verb.add_option("--markers", options->markers,
+                  "Markers in the world: CSV (name,x,y,z), .mrk.json or .fcsv");
+  verb.add_option(
+      "--phantom", options->phantom,
+      "Place this phantom instead: --markers, or its balls, are known in its own frame, and --out "
+      "gets its file with T_world_phantom; --config says where the tracker stands");
   verb.add_option("--touched", options->touched,
                   "The same markers, touched in the tracker's frame, likewise");
   verb.add_option("--axes", options->axes, "Axes of --markers and --targets when they are CSV: LPS or RAS")
