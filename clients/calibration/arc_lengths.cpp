@@ -85,8 +85,24 @@ std::vector<CoilTrack> tracks_of(const Sequence& sequence) {
   return tracks;
 }
 
-bool is_taken(const MeasuredPiece& piece, const ArcLengthSettings& settings) {
-  return settings.take_all || std::abs(piece.change_mm()) > kBeyondChance * piece.sigma_mm;
+/// What was found where it is beyond chance, else what is stated.
+void take(const ArcLengthSettings& settings, MeasuredPiece& piece) {
+  piece.is_changed = settings.take_all || std::abs(piece.change_mm()) > kBeyondChance * piece.sigma_mm;
+  piece.used_mm = piece.is_changed ? piece.found_mm : piece.stated_mm;
+}
+
+/// Two neighbours of which one is too long by what the other is too short: a coil that is described wrong.
+void take_as_lone_coil(MeasuredPiece& near_tip, MeasuredPiece& next) {
+  const double sum_mm = near_tip.change_mm() + next.change_mm();
+  if (!near_tip.is_changed || !next.is_changed || near_tip.is_lone_coil ||
+      near_tip.change_mm() * next.change_mm() > 0 ||
+      std::abs(sum_mm) > kBeyondChance * std::hypot(near_tip.sigma_mm, next.sigma_mm)) {
+    return;
+  }
+  const double moved_mm = (near_tip.change_mm() - next.change_mm()) / 2;
+  near_tip.used_mm = near_tip.stated_mm + moved_mm;
+  next.used_mm = next.stated_mm - moved_mm;
+  near_tip.is_lone_coil = next.is_lone_coil = true;
 }
 
 MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, double stated_mm,
@@ -103,12 +119,12 @@ MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, do
   MeasuredPiece piece;
   piece.stated_mm = stated_mm;
   piece.measurements = static_cast<int>(measured.size());
-  if (measured.size() < kMinMeasurements) return piece;
+  if (measured.size() < kMinMeasurements) return piece;  // and nothing is found
   const Summary summary = summary_of(measured);
   piece.found_mm = summary.median_mm;
   piece.sigma_mm = std::hypot(summary.sigma_mm, settings.field_mm);
   piece.scatter_mm = summary.scatter_mm;
-  piece.is_changed = is_taken(piece, settings);
+  take(settings, piece);
   return piece;
 }
 
@@ -142,7 +158,7 @@ MeasuredPiece end_piece(const ConfiguredSequence& run, const CoilTrack& first,
                         const ArcLengthSettings& settings) {
   const InstrumentDescription& instrument = run.sequence.room.instruments.front();
   MeasuredPiece piece;
-  piece.stated_mm = instrument.coils.front().offset_from_tip_mm;
+  piece.stated_mm = piece.used_mm = instrument.coils.front().offset_from_tip_mm;
   const std::vector<Measured> ends = ends_of(run, first);
   if (ends.size() < kMinEnds) return piece;
   const Summary summary = summary_of(ends);
@@ -150,20 +166,20 @@ MeasuredPiece end_piece(const ConfiguredSequence& run, const CoilTrack& first,
   piece.found_mm = piece.stated_mm + summary.median_mm;
   piece.sigma_mm = std::hypot(summary.sigma_mm, room_errors(run.sequence.room, instrument).shift_mm);
   piece.scatter_mm = summary.scatter_mm;
-  piece.is_changed = is_taken(piece, settings);
+  take(settings, piece);
   return piece;
 }
 
 /// Arc lengths of the coils, piece by piece from the tip on.
 std::vector<MeasuredCoil> coils_of(const InstrumentDescription& instrument, const ArcLengths& found) {
   std::vector<MeasuredCoil> coils;
-  double found_mm = found.end.used_mm();
+  double found_mm = found.end.used_mm;
   double sigma_mm = found.end.sigma_mm;
   for (std::size_t k = 0; k < instrument.coils.size(); ++k) {
     const CoilPlacement& placement = instrument.coils[k];
     const MeasuredPiece& piece = k == 0 ? found.end : found.pieces[k - 1];
     if (k > 0) {
-      found_mm += piece.used_mm();
+      found_mm += piece.used_mm;
       sigma_mm = std::hypot(sigma_mm, piece.sigma_mm);
     }
     coils.push_back({placement.sensor, placement.offset_from_tip_mm, found_mm, sigma_mm,
@@ -221,6 +237,13 @@ ArcLengths measure_arc_lengths(const ConfiguredSequence& run, const ArcLengthSet
   }
   require_enough(found);
   found.end = end_piece(run, tracks.front(), settings);
+  if (!settings.take_all) {
+    MeasuredPiece* near_tip = &found.end;
+    for (MeasuredPiece& piece : found.pieces) {
+      take_as_lone_coil(*near_tip, piece);
+      near_tip = &piece;
+    }
+  }
   found.coils = coils_of(instrument, found);
   return found;
 }

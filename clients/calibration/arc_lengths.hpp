@@ -31,9 +31,11 @@ struct MeasuredPiece {
   double sigma_mm = 0;
   double scatter_mm = 0;  ///< standard deviation of a measurement
   int measurements = 0;
-  bool is_changed = false;  ///< what was found is taken, not what is stated
+  double used_mm = 0;       ///< what is taken
+  bool is_changed = false;  ///< that is not what is stated
+  bool is_lone_coil =
+      false;  ///< the coil between this piece and the next one, or the one before, is elsewhere
   [[nodiscard]] double change_mm() const { return found_mm - stated_mm; }
-  [[nodiscard]] double used_mm() const { return is_changed ? found_mm : stated_mm; }
 };
 
 struct ArcLengths {
@@ -57,8 +59,9 @@ struct ArcLengthSettings {
 /// length, wherever their directions are less than 60 degrees apart; the median over the recording. The first
 /// coil's arc length is what the images have the tube's end beyond it, along the tube; what is stated of the
 /// registration is part of its sigma. A piece whose length differs from the stated one by no more than
-/// kBeyondChance sigma keeps the stated one: a bent field adds up along the tube otherwise. Throws
-/// CalibrationError for fewer than two coils or less than five seconds in which a piece was measured.
+/// kBeyondChance sigma keeps the stated one: a bent field adds up along the tube otherwise. Of two neighbours
+/// that differ by the same in opposite directions the coil between them is elsewhere, and none behind it.
+/// Throws CalibrationError for fewer than two coils or less than five seconds in which a piece was measured.
 ArcLengths measure_arc_lengths(const ConfiguredSequence& run, const ArcLengthSettings& settings);
 
 /// The length of the cubic curve from `a` to `b`, mm, with unit directions there: its derivatives at the ends

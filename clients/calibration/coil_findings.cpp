@@ -63,7 +63,9 @@ std::string piece_words(const std::string& name, const MeasuredPiece& piece) {
              ": %.1f mm stated, %.1f mm measured (%+.1f), sigma %.2f mm, one measurement scatters by "
              "%.1f mm; ",
              piece.stated_mm, piece.found_mm, piece.change_mm(), piece.sigma_mm, piece.scatter_mm) +
-         (piece.is_changed ? "taken as measured" : "no more than chance, stays as stated");
+         (piece.is_lone_coil ? "taken, as if one coil alone were elsewhere"
+          : piece.is_changed ? "taken as measured"
+                             : "no more than chance, stays as stated");
 }
 
 void add_remarks(const std::vector<std::string>& remarks, ConfigurationFragment& fragment) {

@@ -17,11 +17,11 @@ using Vector3 = Eigen::Vector3d;
 /// no images.
 class PushedCatheter {
  public:
-  explicit PushedCatheter(double noise_mm = 0) : noise_mm_(noise_mm) {
+  explicit PushedCatheter(double noise_mm = 0, int coils = 3) : noise_mm_(noise_mm), coils_(coils) {
     InstrumentDescription instrument;
     instrument.id = "cath-1";
     instrument.length_mm = 300;
-    for (int k = 0; k < 3; ++k) instrument.coils.push_back({k + 1, 10.0 + 80 * k, false});
+    for (int k = 0; k < coils; ++k) instrument.coils.push_back({k + 1, 10.0 + 80 * k, false});
     run.sequence.room.instruments = {instrument};
   }
 
@@ -36,9 +36,9 @@ class PushedCatheter {
   void measure(double t_s) {
     SequenceMeasurement measurement;
     measurement.t_s = t_s;
-    measurement.coil_count = 3;
+    measurement.coil_count = coils_;
     const double pushed_mm = 60 * std::sin(t_s / 2);
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < coils_; ++k) {
       CoilSample& sample = measurement.coils[static_cast<std::size_t>(k)];
       const double angle = (pushed_mm - 10 - 80 * k) / radius_mm;
       sample.status = CoilStatus::kOk;
@@ -50,6 +50,7 @@ class PushedCatheter {
   Vector3 noise() { return noise_mm_ * Vector3(normal_(random_), normal_(random_), normal_(random_)); }
 
   double noise_mm_;
+  int coils_;
   std::mt19937 random_{1};
   std::normal_distribution<double> normal_;
 };
@@ -134,6 +135,21 @@ TEST(ArcLengths, WhatIsNoMoreThanChanceStaysAsStated) {
   EXPECT_NEAR(measure_arc_lengths(catheter.run, {.take_all = true}).coils[1].found_mm, 90, 0.1);
 }
 
+/// The third coil is described 6 mm too far from the tip, the fourth one not: it stays where it is, whatever
+/// the two distances add up to.
+TEST(ArcLengths, OfACoilThatAloneIsElsewhereTheOnesBehindItStay) {
+  PushedCatheter catheter(1.0, 4);
+  catheter.run.sequence.room.instruments.front().coils[2].offset_from_tip_mm = 176;
+  catheter.push_for(60);
+  const ArcLengths found = measure_arc_lengths(catheter.run, {});
+  EXPECT_TRUE(found.pieces[1].is_lone_coil && found.pieces[2].is_lone_coil);
+  EXPECT_FALSE(found.pieces[0].is_lone_coil);
+  EXPECT_NEAR(found.coils[2].found_mm, 170, 0.5);
+  EXPECT_NEAR(found.coils[3].found_mm, 250, 1e-9);
+  const ConfigurationFragment fragment = fragment_of(found, "cath-1");
+  ASSERT_EQ(fragment.values.size(), 1U);
+}
+
 TEST(ArcLengths, NothingBeyondChanceOffersNothingAndSaysSo) {
   PushedCatheter catheter;
   catheter.push_for(30);
@@ -161,7 +177,7 @@ TEST(ArcLengths, HowFarOneImageIsOffIsSaid) {
   PushedCatheter catheter;
   catheter.push_for(30);
   ArcLengths found = measure_arc_lengths(catheter.run, {});
-  found.end = {10, 10.5, 1, 2.34, 120};
+  found.end = {10, 10.5, 1, 2.34, 120, 10};
   const std::string page = page_of(found, fragment_of(found, "cath-1"));
   EXPECT_NE(page.find("one measurement scatters by 2.3 mm"), std::string::npos);
 }
