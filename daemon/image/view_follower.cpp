@@ -53,7 +53,7 @@ void ViewFollower::learn(MonotonicTime now) {
 void ViewFollower::follow(MonotonicTime now) {
   const Known known = compare();
   const bool is_learning = now - began_ < kLearning || !verdict_.has_settled;
-  const bool is_followed = is_learning && verdict_.jump_share >= kJumped;
+  const bool is_followed = is_learning && verdict_.follows_last;
   const bool is_bad = verdict_.has_settled && known.share < kMoved && !is_followed;
   bad_in_a_row_ = is_bad ? bad_in_a_row_ + 1 : 0;
   verdict_.is_suspect_here = is_bad;

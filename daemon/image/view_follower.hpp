@@ -47,7 +47,6 @@ class ViewFollower {
   // Shares as those of ViewWatch.
   static constexpr double kKnown = 0.6;
   static constexpr double kMoved = 0.35;
-  static constexpr double kJumped = 0.45;
   static constexpr int kMovedInARow = 3;
 
   explicit ViewFollower(ViewWatch given);

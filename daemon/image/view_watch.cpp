@@ -20,6 +20,9 @@ constexpr double kKnown = 0.6;                 // share of still blocks: the sam
 constexpr double kGood = 0.5;
 constexpr double kMoved = 0.35;   // below: no phase of this view
 constexpr double kJumped = 0.45;  // against the image before
+// The same when that was longer ago: a breath leaves four tenths of a patient where they were, a move of 3 mm
+// next to nothing.
+constexpr double kJumpedLater = 0.2;
 constexpr int kMovedInARow = 3;
 constexpr int kMinBlocks = 40;
 constexpr double kMaxAnnounced_mm = 0.5;  // a pose that moves the picture by more is another view
@@ -118,8 +121,7 @@ const ViewVerdict& ViewWatch::observe(const ImageFrame& frame) {
   const float open_share = picture_.open_share();
   blades_move_ = has_last_ && std::abs(open_share - last_open_share_) > kMaxOpenChange;
   const GalleryMatch gallery = match();
-  // To what a key knows it may jump: a breath of which images were left out.
-  verdict_.jump_share = gallery.share >= kKnown ? 1 : jump_from_last(exposure);
+  compare_with_last(gallery, exposure);
   verdict_.still_share = gallery.share;
   verdict_.exposure = exposure;
   verdict_.why = why_unjudged(gallery, exposure);
@@ -168,11 +170,23 @@ ViewWatch::GalleryMatch ViewWatch::match() {
   return best;
 }
 
-double ViewWatch::jump_from_last(MonotonicTime exposure) {
-  if (!has_last_ || exposure - last_exposure_ > kMaxJumpInterval) return 1;
+void ViewWatch::compare_with_last(const GalleryMatch& gallery, MonotonicTime exposure) {
+  verdict_.jump_share = 1;
+  verdict_.follows_last = true;
+  // To what a key knows it may jump: a breath of which images were left out.
+  if (!has_last_ || gallery.share >= kKnown) return;
   last_.take(last_picture_, last_blocks_);
   const StillBlocks still = last_.compare(blocks_, mm_per_reduced_px_);
-  return 2 * still.compared < still.of_key ? 1 : still.share();
+  if (2 * still.compared < still.of_key) return;
+  const bool is_near = exposure - last_exposure_ <= kMaxJumpInterval;
+  if (is_near) verdict_.jump_share = still.share();
+  verdict_.follows_last = still.share() >= (is_near ? kJumped : kJumpedLater);
+  // What lies elsewhere as a whole is a background, though nothing of it has come back yet.
+  if (!verdict_.follows_last && !has_come_back_ && is_learning(exposure)) {
+    const BackgroundMotion motion =
+        motion_finder_.find(last_.texture(), picture_.texture, mm_per_reduced_px_);
+    has_come_back_ = motion.kind != BackgroundMotion::Kind::kUnknown && motion.agreeing_share > kKnown;
+  }
 }
 
 bool ViewWatch::is_doubted() const { return judged_ == ViewState::kSuspect || judged_ == ViewState::kMoved; }
@@ -193,7 +207,7 @@ UnjudgedView ViewWatch::why_unjudged(const GalleryMatch& gallery, MonotonicTime 
 ViewState ViewWatch::state_after(const GalleryMatch& gallery, MonotonicTime exposure) {
   if (keys_.empty()) return ViewState::kUnjudged;
   // The first images of a view differ from each other by breath; that comes by and by.
-  const bool is_followed = is_learning(exposure) && verdict_.jump_share >= kJumped && !is_doubted();
+  const bool is_followed = is_learning(exposure) && verdict_.follows_last && !is_doubted();
   const bool is_bad = gallery.share < kMoved && !is_followed;
   bad_in_a_row_ = is_bad ? bad_in_a_row_ + 1 : 0;
   if (gallery.share <= kGood) {
@@ -227,7 +241,7 @@ void ViewWatch::learn(double share, MonotonicTime exposure) {
     return;
   }
   const bool is_whole_new = keys_.empty();
-  const bool may_join = is_whole_new || (is_learning(exposure) && !is_doubted());
+  const bool may_join = is_whole_new || (is_learning(exposure) && verdict_.follows_last && !is_doubted());
   if (may_join && !spare_.empty()) {
     add_key().take(picture_, blocks_);
   } else {

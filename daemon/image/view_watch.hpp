@@ -38,6 +38,9 @@ struct ViewVerdict {
   /// The same against the image before. 1 when there is none within 150 ms, and when a key knows the image:
   /// then it is not asked.
   double jump_share = 1;
+  /// So much of the background lies where it did in the image before, whenever that was, that breath may
+  /// explain the rest: a view that is being learnt may be learnt from it.
+  bool follows_last = true;
   /// What kind of move it was, looked at when the state became kMoved, and by ViewFollower again when the
   /// view has settled.
   BackgroundMotion motion;
@@ -109,7 +112,7 @@ class ViewWatch {
 
   [[nodiscard]] float white_level_of(const ImageFrame& frame);
   [[nodiscard]] GalleryMatch match();
-  [[nodiscard]] double jump_from_last(MonotonicTime exposure);
+  void compare_with_last(const GalleryMatch& gallery, MonotonicTime exposure);
   [[nodiscard]] bool is_doubted() const;
   [[nodiscard]] bool is_learning(MonotonicTime exposure) const;
   [[nodiscard]] UnjudgedView why_unjudged(const GalleryMatch& gallery, MonotonicTime exposure) const;
@@ -141,7 +144,7 @@ class ViewWatch {
   bool has_begun_ = false;
   bool has_last_ = false;
   bool is_good_ = false;        ///< since good_since_
-  bool has_come_back_ = false;  ///< a key was met again: there is a background
+  bool has_come_back_ = false;  ///< a key was met again, or lies elsewhere: there is a background
   bool blades_move_ = false;
   float last_open_share_ = 1;
   int bad_in_a_row_ = 0;

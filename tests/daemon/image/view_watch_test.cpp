@@ -200,6 +200,39 @@ TEST(ViewWatch, ASuddenMoveIsNoticedWhileTheViewIsLearntAndIsNotLearnt) {
   EXPECT_EQ(watch.newest().state, ViewState::kMoved);
 }
 
+// Four images a second, and one: a breath alone is none of these moves.
+TEST(ViewWatch, AMoveBetweenImagesThatAreFarApartIsNoticedWhileTheViewIsLearnt) {
+  for (const int off_ms : {180, 930}) {
+    ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
+    Fluoroscope fluoroscope;
+    const auto look = [&](Shot shot) {
+      shot.breath_mm = 20 * (0.5 - 0.5 * std::cos(2 * 3.14159265 * fluoroscope.time_s() / 4.0));
+      return watch.observe(fluoroscope.take(shot)).state;
+    };
+    for (int i = 0; fluoroscope.time_s() < 4; ++i) {
+      ASSERT_EQ(look({}), ViewState::kUnjudged) << off_ms << " ms, image " << i;
+      fluoroscope.stay_off_for(milliseconds(off_ms));
+    }
+    EXPECT_EQ(look({.pan_x_mm = 3}), ViewState::kSuspect) << off_ms << " ms";
+    for (int i = 0; i < 30; ++i) {
+      fluoroscope.stay_off_for(milliseconds(off_ms));
+      look({.pan_x_mm = 3});
+    }
+    EXPECT_EQ(watch.newest().state, ViewState::kMoved) << off_ms << " ms, and it is not learnt";
+  }
+}
+
+// Nothing has come back yet that would show a background: that it lies elsewhere as a whole does.
+TEST(ViewWatch, AMoveAfterTheFirstImageOfAllIsNoticed) {
+  ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
+  Fluoroscope fluoroscope;
+  watch.observe(fluoroscope.take({}));
+  fluoroscope.stay_off_for(milliseconds(2500));
+  EXPECT_EQ(watch.observe(fluoroscope.take({.pan_x_mm = 5})).state, ViewState::kSuspect);
+  for (int i = 0; i < 150; ++i) watch.observe(fluoroscope.take({.pan_x_mm = 5}));
+  EXPECT_EQ(watch.newest().state, ViewState::kMoved);
+}
+
 TEST(ViewWatch, WhileItLearnsItSaysSo) {
   ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
