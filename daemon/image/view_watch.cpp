@@ -86,7 +86,7 @@ void ViewWatch::begin(MonotonicTime now) {
   best_key_ = 0;
   began_ = now;
   has_begun_ = true;
-  has_last_ = is_good_ = has_come_back_ = false;
+  has_last_ = is_good_ = has_come_back_ = has_lost_track_ = false;
   bad_in_a_row_ = 0;
   judged_ = ViewState::kUnjudged;
   verdict_ = {};
@@ -181,12 +181,6 @@ void ViewWatch::compare_with_last(const GalleryMatch& gallery, MonotonicTime exp
   const bool is_near = exposure - last_exposure_ <= kMaxJumpInterval;
   if (is_near) verdict_.jump_share = still.share();
   verdict_.follows_last = still.share() >= (is_near ? kJumped : kJumpedLater);
-  // What lies elsewhere as a whole is a background, though nothing of it has come back yet.
-  if (!verdict_.follows_last && !has_come_back_ && is_learning(exposure)) {
-    const BackgroundMotion motion =
-        motion_finder_.find(last_.texture(), picture_.texture, mm_per_reduced_px_);
-    has_come_back_ = motion.kind != BackgroundMotion::Kind::kUnknown && motion.agreeing_share > kKnown;
-  }
 }
 
 bool ViewWatch::is_doubted() const { return judged_ == ViewState::kSuspect || judged_ == ViewState::kMoved; }
@@ -237,11 +231,14 @@ bool ViewWatch::is_shown_again() const {
 void ViewWatch::learn(double share, MonotonicTime exposure) {
   has_come_back_ = has_come_back_ || (share > kKnown && !is_shown_again());
   if (share >= kKnown) {
+    has_lost_track_ = false;
     admit_or_forget_newcomers(share, exposure);
     return;
   }
   const bool is_whole_new = keys_.empty();
-  const bool may_join = is_whole_new || (is_learning(exposure) && verdict_.follows_last && !is_doubted());
+  // What does not follow may have moved; and so may what follows that, as long as no key is met again.
+  has_lost_track_ = !is_whole_new && (has_lost_track_ || !verdict_.follows_last);
+  const bool may_join = is_whole_new || (is_learning(exposure) && !has_lost_track_ && !is_doubted());
   if (may_join && !spare_.empty()) {
     add_key().take(picture_, blocks_);
   } else {

@@ -143,8 +143,9 @@ class ViewWatch {
   MonotonicTime good_since_{};
   bool has_begun_ = false;
   bool has_last_ = false;
-  bool is_good_ = false;        ///< since good_since_
-  bool has_come_back_ = false;  ///< a key was met again, or lies elsewhere: there is a background
+  bool is_good_ = false;         ///< since good_since_
+  bool has_come_back_ = false;   ///< a key was met again: there is a background
+  bool has_lost_track_ = false;  ///< an image did not follow the one before, and no key was met since
   bool blades_move_ = false;
   float last_open_share_ = 1;
   int bad_in_a_row_ = 0;

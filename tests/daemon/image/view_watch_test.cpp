@@ -222,15 +222,15 @@ TEST(ViewWatch, AMoveBetweenImagesThatAreFarApartIsNoticedWhileTheViewIsLearnt) 
   }
 }
 
-// Nothing has come back yet that would show a background: that it lies elsewhere as a whole does.
-TEST(ViewWatch, AMoveAfterTheFirstImageOfAllIsNoticed) {
+// Nothing has come back yet that would show a background: then it is not said that the view stands still.
+TEST(ViewWatch, AMoveAfterTheFirstImageOfAllIsNotLearnt) {
   ViewWatch watch(kBackgroundSide, kBackgroundSide, kMmPerPx);
   Fluoroscope fluoroscope;
   watch.observe(fluoroscope.take({}));
   fluoroscope.stay_off_for(milliseconds(2500));
-  EXPECT_EQ(watch.observe(fluoroscope.take({.pan_x_mm = 5})).state, ViewState::kSuspect);
-  for (int i = 0; i < 150; ++i) watch.observe(fluoroscope.take({.pan_x_mm = 5}));
-  EXPECT_EQ(watch.newest().state, ViewState::kMoved);
+  for (int i = 0; i < 150; ++i) {
+    ASSERT_EQ(watch.observe(fluoroscope.take({.pan_x_mm = 5})).state, ViewState::kUnjudged) << "image " << i;
+  }
 }
 
 TEST(ViewWatch, WhileItLearnsItSaysSo) {
