@@ -14,7 +14,7 @@ std::string words(const char* format, auto... values) {
   return text.data();
 }
 
-constexpr double kStep_mm = 0.01;  // to which arc lengths are written
+constexpr double kArcLengthStep_mm = 0.01;  // to which arc lengths are written
 
 /// Divided at the end, not multiplied: 90.35, not 90.35000000000001.
 double rounded(double value, double step) { return std::round(value / step) / std::round(1 / step); }
@@ -41,17 +41,17 @@ void add_offsets(const Coils& coils, const std::string& instrument_id, bool from
                  ConfigurationFragment& fragment) {
   for (std::size_t k = 0; k < coils.size(); ++k) {
     const auto& coil = coils[k];
-    if (!coil.was_found || std::abs(coil.change_mm()) < kStep_mm / 2) {
+    if (!coil.was_found || std::abs(coil.change_mm()) < kArcLengthStep_mm / 2) {
       fragment.remarks.push_back(
           words("coil %zu (sensor %d) stays at %.1f mm", k + 1, coil.sensor, coil.stated_mm));
       continue;
     }
     fragment.remarks.push_back(change_words(k, coil.sensor, coil.stated_mm, coil.found_mm, coil.sigma_mm));
     fragment.values.push_back(
-        {path_of(instrument_id, k, "offset_from_tip_mm"), rounded(coil.found_mm, kStep_mm)});
+        {path_of(instrument_id, k, "offset_from_tip_mm"), rounded(coil.found_mm, kArcLengthStep_mm)});
     if (from_tip) {
       fragment.values.push_back(
-          {path_of(instrument_id, k, "offset_sigma_mm"), rounded(coil.sigma_mm, kStep_mm)});
+          {path_of(instrument_id, k, "offset_sigma_mm"), rounded(coil.sigma_mm, kArcLengthStep_mm)});
     }
   }
 }
