@@ -119,7 +119,7 @@ MeasuredPiece piece_between(const CoilTrack& near_tip, const CoilTrack& next, do
   MeasuredPiece piece;
   piece.stated_mm = stated_mm;
   piece.measurements = static_cast<int>(measured.size());
-  if (measured.size() < kMinMeasurements) return piece;  // and nothing is found
+  if (measured.size() < kMinMeasurements) return piece;
   const Summary summary = summary_of(measured);
   piece.found_mm = summary.median_mm;
   piece.sigma_mm = std::hypot(summary.sigma_mm, settings.field_mm);

@@ -31,10 +31,9 @@ struct MeasuredPiece {
   double sigma_mm = 0;
   double scatter_mm = 0;  ///< standard deviation of a measurement
   int measurements = 0;
-  double used_mm = 0;       ///< what is taken
-  bool is_changed = false;  ///< that is not what is stated
-  bool is_lone_coil =
-      false;  ///< the coil between this piece and the next one, or the one before, is elsewhere
+  double used_mm = 0;         ///< what is taken
+  bool is_changed = false;    ///< that is not what is stated
+  bool is_lone_coil = false;  ///< a coil at one of its ends is elsewhere, and its neighbours are not
   [[nodiscard]] double change_mm() const { return found_mm - stated_mm; }
 };
 

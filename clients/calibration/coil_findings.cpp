@@ -35,13 +35,14 @@ std::string change_words(std::size_t coil, int sensor, double stated_mm, double 
   return text;
 }
 
-/// Of any list of coils with sensor, stated_mm, found_mm, sigma_mm and was_found.
-template <typename Coils>
-void add_offsets(const Coils& coils, const std::string& instrument_id, bool from_tip,
+/// Of any list of coils with sensor, stated_mm, found_mm and sigma_mm; `stays` says of which nothing is
+/// offered.
+template <typename Coils, typename Stays>
+void add_offsets(const Coils& coils, const std::string& instrument_id, bool from_tip, Stays stays,
                  ConfigurationFragment& fragment) {
   for (std::size_t k = 0; k < coils.size(); ++k) {
     const auto& coil = coils[k];
-    if (!coil.was_found || std::abs(coil.change_mm()) < kArcLengthStep_mm / 2) {
+    if (stays(coil)) {
       fragment.remarks.push_back(
           words("coil %zu (sensor %d) stays at %.1f mm", k + 1, coil.sensor, coil.stated_mm));
       continue;
@@ -107,7 +108,9 @@ ConfigurationFragment fragment_of(const StraightCatheter& found, const std::stri
     fragment.remarks.emplace_back("only distances between coils: the first one stays as stated");
   }
   add_remarks(found.remarks, fragment);
-  add_offsets(found.coils, instrument_id, found.has_tip, fragment);
+  add_offsets(
+      found.coils, instrument_id, found.has_tip, [](const StraightCoil& coil) { return !coil.was_found; },
+      fragment);
   return fragment;
 }
 
@@ -127,7 +130,10 @@ ConfigurationFragment fragment_of(const ArcLengths& found, const std::string& in
     fragment.remarks.push_back(
         piece_words(words("from coil %zu to coil %zu", k + 1, k + 2), found.pieces[k]));
   }
-  add_offsets(found.coils, instrument_id, found.has_end(), fragment);
+  const auto stays = [](const MeasuredCoil& coil) {
+    return !coil.was_found || std::abs(coil.change_mm()) < kArcLengthStep_mm / 2;
+  };
+  add_offsets(found.coils, instrument_id, found.has_end(), stays, fragment);
   if (fragment.values.empty()) {
     fragment.remarks.emplace_back(
         "every arc length is as stated as far as this recording tells; --all takes what was measured");

@@ -20,8 +20,7 @@ constexpr double kKnown = 0.6;                 // share of still blocks: the sam
 constexpr double kGood = 0.5;
 constexpr double kMoved = 0.35;   // below: no phase of this view
 constexpr double kJumped = 0.45;  // against the image before
-// The same when that was longer ago: a breath leaves four tenths of a patient where they were, a move of 3 mm
-// next to nothing.
+// The same when that was longer ago: a breath leaves much of a patient where it was, a move next to nothing.
 constexpr double kJumpedLater = 0.2;
 constexpr int kMovedInARow = 3;
 constexpr int kMinBlocks = 40;

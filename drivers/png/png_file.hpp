@@ -35,8 +35,8 @@ struct PictureBytes {
   std::span<Byte> pixels;  ///< width * height * bytes_per_pixel(layout) bytes
 };
 
-/// kFast costs half the time of zlib's level 1, and less space, where the picture is noise (runs of one value
-/// alone are looked for, not other repetitions); kSmall suits drawings.
+/// kFast looks for runs of one value alone: noise has no other repetitions, and they cost time; kSmall suits
+/// drawings.
 enum class PngCompression { kFast, kSmall };
 
 /// Its words follow the name of a file: "is missing or cannot be read".

@@ -29,6 +29,11 @@ class PushedCatheter {
     for (int i = 0; i < std::lround(40 * seconds); ++i) measure(i / 40.0);
   }
 
+  /// Another arc length of a coil than the true one.
+  void describe(std::size_t coil, double offset_from_tip_mm) {
+    run.sequence.room.instruments.front().coils[coil].offset_from_tip_mm = offset_from_tip_mm;
+  }
+
   ConfiguredSequence run;
   double radius_mm = 150;  ///< of the bend that it lies in
 
@@ -69,7 +74,7 @@ TEST(CubicLength, OfASixthOfACircleIsThatOfTheArc) {
 
 TEST(ArcLengths, DistancesOfCoilsAreThoseAlongTheTube) {
   PushedCatheter catheter;
-  catheter.run.sequence.room.instruments.front().coils[1].offset_from_tip_mm = 84;
+  catheter.describe(1, 84);
   catheter.push_for(30);
   const ArcLengths found = measure_arc_lengths(catheter.run, {});
   EXPECT_NEAR(found.pieces[0].found_mm, 80, 0.1);
@@ -120,8 +125,8 @@ TEST(ArcLengths, OneCoilHasNoDistance) {
 /// all coils behind it.
 TEST(ArcLengths, WhatIsNoMoreThanChanceStaysAsStated) {
   PushedCatheter catheter;
-  catheter.run.sequence.room.instruments.front().coils[1].offset_from_tip_mm = 90.5;
-  catheter.run.sequence.room.instruments.front().coils[2].offset_from_tip_mm = 176.5;
+  catheter.describe(1, 90.5);
+  catheter.describe(2, 176.5);
   catheter.push_for(30);
   const ArcLengths found = measure_arc_lengths(catheter.run, {});
   EXPECT_FALSE(found.pieces[0].is_changed);
@@ -139,7 +144,7 @@ TEST(ArcLengths, WhatIsNoMoreThanChanceStaysAsStated) {
 /// the two distances add up to.
 TEST(ArcLengths, OfACoilThatAloneIsElsewhereTheOnesBehindItStay) {
   PushedCatheter catheter(1.0, 4);
-  catheter.run.sequence.room.instruments.front().coils[2].offset_from_tip_mm = 176;
+  catheter.describe(2, 176);
   catheter.push_for(60);
   const ArcLengths found = measure_arc_lengths(catheter.run, {});
   EXPECT_TRUE(found.pieces[1].is_lone_coil && found.pieces[2].is_lone_coil);
@@ -161,8 +166,8 @@ TEST(ArcLengths, NothingBeyondChanceOffersNothingAndSaysSo) {
 
 TEST(ArcLengths, WithoutTheEndNoSigmaIsOffered) {
   PushedCatheter catheter;
-  catheter.run.sequence.room.instruments.front().coils[1].offset_from_tip_mm = 94;
-  catheter.run.sequence.room.instruments.front().coils[2].offset_from_tip_mm = 178;
+  catheter.describe(1, 94);
+  catheter.describe(2, 178);
   catheter.push_for(30);
   const ArcLengths found = measure_arc_lengths(catheter.run, {});
   const ConfigurationFragment fragment = fragment_of(found, "cath-1");
