@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/config/configuration.hpp"
-#include "daemon/estimator/em_reference.hpp"
+#include "daemon/estimator/reference/em_reference.hpp"
 #include "daemon/pipeline/publisher_stage.hpp"
 #include "daemon/publishing/dds_publisher.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "daemon/estimator/dense_cholesky.hpp"
-#include "daemon/estimator/spline_band_cholesky.hpp"
+#include "daemon/estimator/algebra/dense_cholesky.hpp"
+#include "daemon/estimator/algebra/spline_band_cholesky.hpp"
 #include "drivers/laboratory/instrument/banded_cholesky.hpp"
 
 namespace tubed {

@@ -7,8 +7,8 @@
 #include "bench/stages/ceres_map.hpp"
 #include "bench/stages/stages.hpp"
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/estimator/tube_map.hpp"
-#include "daemon/estimator/tube_views.hpp"
 #include "daemon/image/frangi.hpp"
 #include "daemon/image/image_checks.hpp"
 

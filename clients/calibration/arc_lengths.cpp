@@ -9,7 +9,7 @@
 #include "clients/calibration/formatted.hpp"
 #include "clients/calibration/median.hpp"
 #include "clients/calibration/tube_sightings.hpp"
-#include "daemon/estimator/room_errors.hpp"
+#include "daemon/estimator/agreement/room_errors.hpp"
 #include "idl/geometry/camera.hpp"
 #include "idl/geometry/degree.hpp"
 #include "idl/geometry/squared.hpp"

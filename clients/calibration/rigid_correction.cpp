@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "daemon/estimator/linear_evidence.hpp"
+#include "daemon/estimator/algebra/linear_evidence.hpp"
 #include "idl/geometry/squared.hpp"
 
 namespace tubed {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "clients/evaluation/recording_check.hpp"
-#include "daemon/estimator/agreement_words.hpp"
-#include "daemon/estimator/tube_views.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
 #include "idl/geometry/degree.hpp"
 
 namespace tubed {

@@ -10,10 +10,10 @@
 
 #include "clients/evaluation/estimate_rows.hpp"
 #include "clients/evaluation/offline_reconstruction.hpp"
-#include "daemon/estimator/agreement_words.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/estimator/paper/paper_image_mle.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
-#include "daemon/estimator/tube_views.hpp"
 #include "daemon/image/band_likelihood.hpp"
 #include "daemon/image/measured_view.hpp"
 #include "daemon/image/vesselness_meter.hpp"

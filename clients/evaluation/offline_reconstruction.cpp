@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "daemon/estimator/area_prediction.hpp"
-#include "daemon/estimator/image_timeout.hpp"
+#include "daemon/estimator/images/area_prediction.hpp"
+#include "daemon/estimator/images/image_timeout.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "daemon/image/mask_cover.hpp"
 #include "daemon/image/view_follower.hpp"

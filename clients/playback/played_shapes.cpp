@@ -12,7 +12,7 @@
 
 #include "clients/evaluation/true_run.hpp"
 #include "daemon/config/published_room.hpp"
-#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/coils/em_history.hpp"
 #include "daemon/publishing/wire_conversion.hpp"
 
 namespace tubed {

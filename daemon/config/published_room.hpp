@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "daemon/estimator/em_reference.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/estimator/reference/em_reference.hpp"
 #include "daemon/publishing/published_values.hpp"
 #include "drivers/interface/em_source.hpp"
 #include "drivers/interface/room.hpp"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/coils/em_history.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
 #include "daemon/image/background_motion.hpp"
 #include "daemon/image/image_measurement.hpp"

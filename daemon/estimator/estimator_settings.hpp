@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/estimator/coil_fault_model.hpp"
+#include "daemon/estimator/coils/coil_fault_model.hpp"
 #include "daemon/estimator/paper/paper_settings.hpp"
 #include "daemon/image/image_likelihood_form.hpp"
 #include "idl/settings/bound_key.hpp"

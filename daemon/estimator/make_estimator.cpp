@@ -2,13 +2,13 @@
 #include <string>
 #include <utility>
 
-#include "daemon/estimator/doubted_tip_estimator.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/paper/paper_estimator.hpp"
-#include "daemon/estimator/preshaped_estimator.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
-#include "daemon/estimator/relocalising_estimator.hpp"
 #include "daemon/estimator/single_frame_estimator.hpp"
+#include "daemon/estimator/tip/doubted_tip_estimator.hpp"
+#include "daemon/estimator/tip/preshaped_estimator.hpp"
+#include "daemon/estimator/view/relocalising_estimator.hpp"
 #include "daemon/image/measured_view.hpp"
 
 namespace tubed {

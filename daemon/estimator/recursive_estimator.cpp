@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "daemon/estimator/agreement_words.hpp"
-#include "daemon/estimator/loose_tip.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
 #include "daemon/estimator/report.hpp"
 #include "daemon/estimator/strain_slack.hpp"
+#include "daemon/estimator/tip/loose_tip.hpp"
 
 namespace tubed {
 

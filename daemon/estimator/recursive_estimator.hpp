@@ -3,13 +3,13 @@
 
 #include <span>
 
-#include "daemon/estimator/coil_image_agreement.hpp"
-#include "daemon/estimator/em_update.hpp"
+#include "daemon/estimator/agreement/coil_image_agreement.hpp"
+#include "daemon/estimator/coils/em_update.hpp"
 #include "daemon/estimator/estimator.hpp"
-#include "daemon/estimator/image_update.hpp"
+#include "daemon/estimator/images/image_update.hpp"
+#include "daemon/estimator/images/shape_judge.hpp"
 #include "daemon/estimator/learnt_bending.hpp"
 #include "daemon/estimator/report.hpp"
-#include "daemon/estimator/shape_judge.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/state_motion.hpp"
 #include "daemon/estimator/tube_state.hpp"

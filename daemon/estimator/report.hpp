@@ -1,12 +1,12 @@
 // What every estimator writes into an estimate the same way: shape, residuals, ages and the word of validity.
 #pragma once
 
-#include "daemon/estimator/coil_image_agreement.hpp"
-#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/agreement/coil_image_agreement.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
 #include "daemon/estimator/tube_map.hpp"
-#include "daemon/estimator/tube_views.hpp"
 
 namespace tubed {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "daemon/estimator/loose_tip.hpp"
+#include "daemon/estimator/tip/loose_tip.hpp"
 
 namespace tubed {
 

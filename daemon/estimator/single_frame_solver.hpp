@@ -1,10 +1,10 @@
 // The shape of one instant from its own measurements alone: coils, then coils and image lines.
 #pragma once
 
-#include "daemon/estimator/coil_observation.hpp"
-#include "daemon/estimator/mirror_test.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
+#include "daemon/estimator/tip/mirror_test.hpp"
 #include "daemon/estimator/tube_map.hpp"
-#include "daemon/estimator/tube_views.hpp"
 
 namespace tubed {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "daemon/estimator/cost_sum.hpp"
+#include "daemon/estimator/algebra/cost_sum.hpp"
 #include "daemon/model/dense_solver.hpp"
 
 namespace tubed {

@@ -8,11 +8,11 @@
 #include <span>
 #include <vector>
 
-#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/algebra/line_kernels.hpp"
+#include "daemon/estimator/algebra/normal_equations.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
-#include "daemon/estimator/line_kernels.hpp"
-#include "daemon/estimator/normal_equations.hpp"
-#include "daemon/estimator/rest_hook.hpp"
+#include "daemon/estimator/tip/rest_hook.hpp"
 #include "daemon/image/correspondence_lines.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
 #include "idl/geometry/camera.hpp"

@@ -5,10 +5,10 @@
 #include <array>
 #include <cstddef>
 
-#include "daemon/estimator/coil_gate.hpp"
-#include "daemon/estimator/lasting_coil_errors.hpp"
+#include "daemon/estimator/coils/coil_gate.hpp"
+#include "daemon/estimator/coils/lasting_coil_errors.hpp"
+#include "daemon/estimator/images/shape_judge.hpp"
 #include "daemon/estimator/motion_freedom.hpp"
-#include "daemon/estimator/shape_judge.hpp"
 #include "daemon/estimator/tube_gaussian.hpp"
 #include "daemon/estimator/tube_motion.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "daemon/estimator/area_prediction.hpp"
+#include "daemon/estimator/images/area_prediction.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "daemon/image/vesselness_meter.hpp"
 #include "daemon/pipeline/doorbell.hpp"

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/estimator/area_prediction.hpp"
 #include "daemon/estimator/estimator.hpp"
-#include "daemon/estimator/image_timeout.hpp"
+#include "daemon/estimator/images/area_prediction.hpp"
+#include "daemon/estimator/images/image_timeout.hpp"
 #include "daemon/image/view_watch.hpp"
 #include "daemon/pipeline/em_acquisition_stage.hpp"
 #include "daemon/pipeline/tick_schedule.hpp"

@@ -36,6 +36,8 @@ ROWS = {
     # Files of named points: tubectl registers by them, the viewer shows them.
     "clients/markers": 1.5,
     "daemon/image": 2,
+    # Of the estimator's folders these two know nothing of a tube.
+    "daemon/estimator/algebra": 2.5, "daemon/estimator/reference": 2.5,
     "daemon/estimator": 3,
     "daemon/pipeline": 4, "daemon/publishing": 4, "drivers/driver_registry": 4,
     "daemon/config": 5,

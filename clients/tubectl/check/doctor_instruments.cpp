@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "daemon/estimator/coil_observation.hpp"
-#include "daemon/estimator/rest_hook.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/tip/rest_hook.hpp"
 
 namespace tubed {
 

@@ -8,7 +8,7 @@
 
 #include "clients/evaluation/agreement_parts.hpp"
 #include "clients/tubectl/watch/published_agreement.hpp"
-#include "daemon/estimator/agreement_words.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
 #include "idl/validity.hpp"
 
 namespace tubed {

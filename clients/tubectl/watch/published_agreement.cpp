@@ -4,7 +4,7 @@
 #include <array>
 #include <iterator>
 
-#include "daemon/estimator/agreement_words.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
 #include "idl/wire_fields.h"
 
 namespace tubed {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
 #include "daemon/estimator/paper/paper_gap_cubics.hpp"
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/estimator/agreement_words.hpp"
-#include "daemon/estimator/coil_image_agreement.hpp"
+#include "daemon/estimator/agreement/agreement_words.hpp"
+#include "daemon/estimator/agreement/coil_image_agreement.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {

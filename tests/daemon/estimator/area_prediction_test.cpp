@@ -1,4 +1,4 @@
-#include "daemon/estimator/area_prediction.hpp"
+#include "daemon/estimator/images/area_prediction.hpp"
 
 #include <gtest/gtest.h>
 

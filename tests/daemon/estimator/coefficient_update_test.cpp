@@ -1,5 +1,5 @@
 // Images' update of a Gaussian with columns that images do not see, against the same with all matrices whole.
-#include "daemon/estimator/coefficient_update.hpp"
+#include "daemon/estimator/images/coefficient_update.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/coil_error_scale.hpp"
+#include "daemon/estimator/coils/coil_error_scale.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which coils are right, against sums written out and closed forms.
-#include "daemon/estimator/coil_faults.hpp"
+#include "daemon/estimator/coils/coil_faults.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which coils take part, from measurements whose innovations are written down.
-#include "daemon/estimator/coil_gate.hpp"
+#include "daemon/estimator/coils/coil_gate.hpp"
 
 #include <gtest/gtest.h>
 

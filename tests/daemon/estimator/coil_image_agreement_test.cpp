@@ -1,4 +1,4 @@
-#include "daemon/estimator/coil_image_agreement.hpp"
+#include "daemon/estimator/agreement/coil_image_agreement.hpp"
 
 #include <gtest/gtest.h>
 

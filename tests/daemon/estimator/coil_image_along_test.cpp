@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/estimator/coil_image_agreement.hpp"
+#include "daemon/estimator/agreement/coil_image_agreement.hpp"
 #include "tests/daemon/estimator/agreement_bench.hpp"
 
 namespace tubed {

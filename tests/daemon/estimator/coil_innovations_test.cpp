@@ -1,5 +1,5 @@
 // How far coils are off a prediction, against sums written out.
-#include "daemon/estimator/coil_innovations.hpp"
+#include "daemon/estimator/coils/coil_innovations.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/coil_noise.hpp"
+#include "daemon/estimator/coils/coil_noise.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/coil_observation.hpp"
+#include "daemon/estimator/coils/coil_observation.hpp"
 
 #include <gtest/gtest.h>
 

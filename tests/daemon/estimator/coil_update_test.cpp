@@ -1,10 +1,10 @@
-#include "daemon/estimator/coil_update.hpp"
+#include "daemon/estimator/coils/coil_update.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
-#include "daemon/estimator/dense_cholesky.hpp"
+#include "daemon/estimator/algebra/dense_cholesky.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {

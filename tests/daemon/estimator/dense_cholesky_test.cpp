@@ -1,4 +1,4 @@
-#include "daemon/estimator/dense_cholesky.hpp"
+#include "daemon/estimator/algebra/dense_cholesky.hpp"
 
 #include <gtest/gtest.h>
 

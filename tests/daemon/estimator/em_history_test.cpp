@@ -1,4 +1,4 @@
-#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/coils/em_history.hpp"
 
 #include <gtest/gtest.h>
 

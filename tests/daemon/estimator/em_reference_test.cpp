@@ -1,11 +1,11 @@
-#include "daemon/estimator/em_reference.hpp"
+#include "daemon/estimator/reference/em_reference.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <string>
 
-#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/coils/em_history.hpp"
 #include "tests/daemon/estimator/reference_bench.hpp"
 
 namespace tubed {

@@ -1,4 +1,4 @@
-#include "daemon/estimator/em_timeout.hpp"
+#include "daemon/estimator/coils/em_timeout.hpp"
 
 #include <gtest/gtest.h>
 

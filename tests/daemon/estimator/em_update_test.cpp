@@ -1,4 +1,4 @@
-#include "daemon/estimator/em_update.hpp"
+#include "daemon/estimator/coils/em_update.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/hook_search.hpp"
+#include "daemon/estimator/tip/hook_search.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "daemon/estimator/preshaped_estimator.hpp"
+#include "daemon/estimator/tip/preshaped_estimator.hpp"
 #include "tests/daemon/estimator/hooked_tube.hpp"
 
 namespace tubed {

@@ -1,4 +1,4 @@
-#include "daemon/estimator/image_timeout.hpp"
+#include "daemon/estimator/images/image_timeout.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // How what is known of coils' errors ages, against closed forms.
-#include "daemon/estimator/lasting_coil_errors.hpp"
+#include "daemon/estimator/coils/lasting_coil_errors.hpp"
 
 #include <gtest/gtest.h>
 

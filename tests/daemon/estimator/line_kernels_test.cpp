@@ -1,4 +1,4 @@
-#include "daemon/estimator/line_kernels.hpp"
+#include "daemon/estimator/algebra/line_kernels.hpp"
 
 #include <gtest/gtest.h>
 

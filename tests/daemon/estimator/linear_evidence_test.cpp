@@ -1,4 +1,4 @@
-#include "daemon/estimator/linear_evidence.hpp"
+#include "daemon/estimator/algebra/linear_evidence.hpp"
 
 #include <gtest/gtest.h>
 

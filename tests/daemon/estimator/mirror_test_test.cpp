@@ -1,4 +1,4 @@
-#include "daemon/estimator/mirror_test.hpp"
+#include "daemon/estimator/tip/mirror_test.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "daemon/estimator/area_prediction.hpp"
+#include "daemon/estimator/images/area_prediction.hpp"
 #include "idl/geometry/degree.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/normal_equations.hpp"
+#include "daemon/estimator/algebra/normal_equations.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/pose_filter.hpp"
+#include "daemon/estimator/reference/pose_filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/pose_in_use.hpp"
+#include "daemon/estimator/view/pose_in_use.hpp"
 
 #include <gtest/gtest.h>
 

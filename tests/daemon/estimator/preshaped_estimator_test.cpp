@@ -1,4 +1,4 @@
-#include "daemon/estimator/preshaped_estimator.hpp"
+#include "daemon/estimator/tip/preshaped_estimator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/estimator/em_reference.hpp"
+#include "daemon/estimator/reference/em_reference.hpp"
 #include "tests/daemon/estimator/simulated_tube.hpp"
 
 namespace tubed {

@@ -1,4 +1,4 @@
-#include "daemon/estimator/relocalising_estimator.hpp"
+#include "daemon/estimator/view/relocalising_estimator.hpp"
 
 #include <gtest/gtest.h>
 

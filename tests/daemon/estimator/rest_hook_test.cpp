@@ -1,4 +1,4 @@
-#include "daemon/estimator/rest_hook.hpp"
+#include "daemon/estimator/tip/rest_hook.hpp"
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "daemon/estimator/room_errors.hpp"
+#include "daemon/estimator/agreement/room_errors.hpp"
 
 #include <gtest/gtest.h>
 

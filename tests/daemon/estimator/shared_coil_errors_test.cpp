@@ -1,5 +1,5 @@
 // What coils share, against shifts and turns written out.
-#include "daemon/estimator/shared_coil_errors.hpp"
+#include "daemon/estimator/coils/shared_coil_errors.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <random>
 
-#include "daemon/estimator/em_history.hpp"
+#include "daemon/estimator/coils/em_history.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "drivers/interface/room.hpp"
 #include "idl/geometry/camera.hpp"

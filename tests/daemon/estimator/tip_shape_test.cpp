@@ -1,4 +1,4 @@
-#include "daemon/estimator/tip_shape.hpp"
+#include "daemon/estimator/tip/tip_shape.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/tube_views.hpp"
+#include "daemon/estimator/images/tube_views.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/turn_search.hpp"
+#include "daemon/estimator/view/turn_search.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/estimator/view_pose.hpp"
+#include "daemon/estimator/view/view_pose.hpp"
 
 #include <gtest/gtest.h>
 

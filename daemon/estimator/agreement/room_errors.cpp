@@ -1,0 +1,95 @@
+#include "daemon/estimator/agreement/room_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace tubed {
+
+namespace {
+
+constexpr double kMinShare = 0.2;  // of a default
+constexpr double kMaxShare = 5;    // a calibration that knows less than that was none
+constexpr double kRadians = std::numbers::pi / 180;
+
+double mean_square(const Eigen::Vector3d& sigma) { return sigma.squaredNorm() / 3; }
+
+double bounded(double sigma, double usual) { return std::clamp(sigma, kMinShare * usual, kMaxShare * usual); }
+
+/// Mean variances of a shift and of a turn over the three axes.
+struct MotionVariance {
+  double shift_mm2 = 0;
+  double turn_rad2 = 0;
+};
+
+Eigen::Vector3d looked_at(const RoomDescription& room, const RegistrationQuality& quality) {
+  const auto place = room.cameras.empty() ? std::nullopt : room.cameras.front().looked_at_world_mm();
+  return place.value_or(quality.centre_world_mm);
+}
+
+std::optional<MotionVariance> of_registration(const RoomDescription& room) {
+  if (room.registration_quality) {
+    const auto sigma = room.registration_quality->sigma_at(looked_at(room, *room.registration_quality));
+    return MotionVariance{mean_square(sigma.shift_mm), mean_square(sigma.turn_rad)};
+  }
+  if (room.registration_residual_mm) {
+    // The turn as the defaults have it to the shift.
+    const RoomErrors usual;
+    const double shift_mm = *room.registration_residual_mm / std::sqrt(3.0);
+    const double turn_rad = usual.turn_rad * shift_mm / usual.shift_mm;
+    return MotionVariance{shift_mm * shift_mm, turn_rad * turn_rad};
+  }
+  return {};
+}
+
+/// Of the view whose pose is known worst.
+MotionVariance of_poses(const std::vector<CameraCalibration>& cameras) {
+  MotionVariance greatest;
+  for (const CameraCalibration& camera : cameras) {
+    if (camera.pose_sigma_mm) {
+      const Eigen::Vector3d sigma_mm(camera.pose_sigma_mm->data());
+      greatest.shift_mm2 = std::max(greatest.shift_mm2, mean_square(sigma_mm));
+    }
+    if (camera.pose_sigma_deg) {
+      const Eigen::Vector3d sigma_deg(camera.pose_sigma_deg->data());
+      greatest.turn_rad2 = std::max(greatest.turn_rad2, mean_square(sigma_deg * kRadians));
+    }
+  }
+  return greatest;
+}
+
+/// The greatest of a sigma that every one of `list` states; `usual` when one does not, or the list is empty.
+template <typename Item>
+double max_stated(const std::vector<Item>& list, std::optional<double> Item::*sigma, double usual) {
+  double greatest = 0;
+  for (const Item& item : list) {
+    if (!(item.*sigma)) {
+      return usual;
+    }
+    greatest = std::max(greatest, *(item.*sigma));
+  }
+  return list.empty() ? usual : bounded(greatest, usual);
+}
+
+}  // namespace
+
+RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription& instrument) {
+  const RoomErrors usual;
+  RoomErrors errors;
+  const MotionVariance poses = of_poses(room.cameras);
+  const auto registration = of_registration(room);
+  const bool is_stated = registration || poses.shift_mm2 > 0 || poses.turn_rad2 > 0;
+  if (is_stated) {
+    const MotionVariance known = registration.value_or(
+        MotionVariance{usual.shift_mm * usual.shift_mm, usual.turn_rad * usual.turn_rad});
+    errors.shift_mm = bounded(std::sqrt(known.shift_mm2 + poses.shift_mm2), usual.shift_mm);
+    errors.turn_rad = bounded(std::sqrt(known.turn_rad2 + poses.turn_rad2), usual.turn_rad);
+  }
+  errors.arc_length_mm = max_stated(instrument.coils, &CoilPlacement::offset_sigma_mm, usual.arc_length_mm);
+  errors.clock_s =
+      1e-3 * max_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms, 1e3 * usual.clock_s);
+  errors.magnification = max_stated(room.cameras, &CameraCalibration::focal_sigma, usual.magnification);
+  return errors;
+}
+
+}  // namespace tubed

@@ -1,0 +1,123 @@
+#include "daemon/estimator/tip/preshaped_estimator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "daemon/estimator/report.hpp"
+#include "idl/geometry/image_mask.hpp"
+#include "idl/geometry/squared.hpp"
+
+namespace tubed {
+
+EstimatorSettings PreshapedEstimator::settings_for_hooks(const EstimatorSettings& settings,
+                                                         double length_mm) {
+  EstimatorSettings denser = settings;
+  const int wanted = static_cast<int>(std::ceil(length_mm / kHookSpacing_mm)) + 3;
+  denser.coefficient_count = std::clamp(wanted, settings.coefficient_count, kMaxCoefficients);
+  return denser;
+}
+
+PreshapedEstimator::PreshapedEstimator(const EstimatorSettings& settings,
+                                       const InstrumentDescription& instrument, const RoomDescription& room)
+    : settings_(settings),
+      instrument_(instrument),
+      T_world_em_(room.T_world_em),
+      registered_(room.registered),
+      tip_shape_(settings_for_hooks(settings, instrument.length_mm), instrument, room),
+      C_(Eigen::Matrix3Xd::Zero(3, settings_for_hooks(settings, instrument.length_mm).coefficient_count)) {
+  for (const CameraCalibration& camera : room.cameras) {
+    cameras_.emplace_back(camera);
+  }
+}
+
+void PreshapedEstimator::reset() noexcept {
+  tip_shape_.reset();
+  hooked_->set_rest(tip_shape_.rest());
+  straight_->reset();
+  hooked_->reset();
+  doubt_ = TipDoubt::kNone;
+}
+
+CoilObservations PreshapedEstimator::observe(const Observation& observation) const {
+  return observe_coils(observation.em->newest_until(observation.instant), *observation.em, instrument_,
+                       T_world_em_, static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));
+}
+
+void PreshapedEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
+  const CoilObservations coils = observe(observation);
+  active().update(observation, estimate);
+  note_shape(estimate);
+  if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
+    note_views(observation, estimate);
+  }
+  add_error_of_making(coils, estimate);
+  doubt_ = estimate.point_count > 0 ? tip_shape_.doubt(coils) : TipDoubt::kNone;
+  if (doubt_ != TipDoubt::kNone) {
+    estimate.reasons.add(is_ambiguous(doubt_) ? Reason::kAmbiguous : Reason::kTipNotSeen);
+    release_tip(coils.first_used_mm(), estimate);
+    if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
+  }
+}
+
+void PreshapedEstimator::look_further(const Observation& observation) noexcept {
+  if (registered_ && observation.is_image_instant && tip_shape_.ask(observation, observe(observation))) {
+    // What was bent by another rest shape than it has predicts nothing.
+    hooked_->set_rest(tip_shape_.rest());
+    active().reset();
+  }
+}
+
+void PreshapedEstimator::note_shape(const TubeEstimate& estimate) {
+  if (tip_shape_.rest() == nullptr || static_cast<Eigen::Index>(estimate.coefficient_count) != C_.cols()) {
+    return;
+  }
+  for (Eigen::Index i = 0; i < C_.cols(); ++i) {
+    C_.col(i) =
+        Eigen::Map<const Eigen::Vector3d>(estimate.coefficients_mm[static_cast<std::size_t>(i)].data());
+  }
+  tip_shape_.note_shape(C_);
+}
+
+void PreshapedEstimator::add_error_of_making(const CoilObservations& coils, TubeEstimate& estimate) const {
+  constexpr std::array<std::size_t, 3> kDiagonal{0, 3, 5};  // of an upper triangle
+  for (std::size_t i = 0; i < estimate.point_count; ++i) {
+    const double sigma_mm = tip_shape_.sigma_of_making_mm(place_of_point_mm(i, estimate), coils);
+    if (sigma_mm == 0) return;  // nor behind it
+    for (const std::size_t axis : kDiagonal) {
+      estimate.points[i].covariance_mm2[axis] += static_cast<float>(squared(sigma_mm));
+    }
+  }
+}
+
+// Which cameras look at the tip.
+void PreshapedEstimator::note_views(const Observation& observation, const TubeEstimate& estimate) {
+  const Eigen::Vector3d tip_world_mm =
+      Eigen::Map<const Eigen::Vector3d>(estimate.points[0].p_world_mm.data());
+  for (std::size_t view = 0; view < cameras_.size(); ++view) {
+    const ImageMeasurement* const image = observation.images[view];
+    if (image == nullptr || image->state != ImageState::kMeasured) {
+      continue;
+    }
+    Camera& camera = cameras_[view];
+    camera.look_from(image->geometry);
+    const auto at = camera.project(tip_world_mm);
+    if (at && camera.contains(at->p_image_px) && !is_masked(camera.calibration(), at->p_image_px)) {
+      tip_shape_.note_view(view, observation.instant,
+                           camera.calibration().T_camera_world.linear().row(2).transpose());
+    }
+  }
+}
+
+bool PreshapedEstimator::describe_disagreement(std::span<char> words) const noexcept {
+  if (active().describe_disagreement(words)) {
+    return true;
+  }
+  if (doubt_ == TipDoubt::kNone) {
+    return false;
+  }
+  write_tip_doubt(doubt_, instrument_, words);
+  return true;
+}
+
+}  // namespace tubed
