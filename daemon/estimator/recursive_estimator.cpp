@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t kMaxEmFrames = 16;  // a longer gap is bridged by the newest ones
 constexpr double kBendingWithoutImages_s = 0.2;
 constexpr double kMaxJerk_s = 0.2;
-constexpr double kNoStrain = 1e3;  // sigma factor that switches it off
 
 }  // namespace
 
@@ -23,26 +22,20 @@ RecursiveEstimator::RecursiveEstimator(const EstimatorSettings& settings,
     : settings_(settings),
       instrument_(instrument),
       room_(room),
-      start_(settings, instrument.length_mm),
-      map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()),
-           TubeMotion::column_count_of_motion(instrument.length_mm)),
-      prior_{
-          Eigen::MatrixXd::Zero(3 * Eigen::Index{map_.column_count()}, 3 * Eigen::Index{map_.column_count()}),
-          Eigen::Matrix3Xd::Zero(3, map_.column_count())},
-      views_(settings, instrument, room),
-      motion_(map_, instrument_),
-      em_update_(settings, map_, static_cast<int>(instrument.coils.size())),
-      image_update_(settings, instrument.length_mm, map_.column_count(), views_),
-      judge_(settings, instrument, room, start_),
-      learnt_bending_(map_.bending_node_count(), map_.spline().spacing_mm()),
-      state_(map_, settings, static_cast<int>(instrument.coils.size())),
+      beginning_(settings, instrument),
+      motion_(beginning_.map(), instrument_),
+      em_update_(settings, beginning_.map(), static_cast<int>(instrument.coils.size())),
+      image_update_(settings, instrument, room, beginning_.map().columns().count()),
+      judge_(settings, instrument, room, beginning_.solver()),
+      learnt_bending_(beginning_.map().bending_node_count(), beginning_.map().spline().spacing_mm()),
+      state_(beginning_.map(), settings, static_cast<int>(instrument.coils.size())),
       before_update_(state_),
       past_(state_),
       shape_{state_.tube.C},
       agreement_(room_errors(room, instrument), instrument, static_cast<int>(room.cameras.size())) {}
 
 void RecursiveEstimator::reset() noexcept {
-  views_.forget();
+  image_update_.views().forget();
   lost_tube_.forget();
   agreement_.reset();
   state_.errors.reset();
@@ -57,9 +50,7 @@ void RecursiveEstimator::reset() noexcept {
 }
 
 void RecursiveEstimator::set_rest(RestHook* hook) noexcept {
-  rest_ = hook;
-  start_.set_rest(hook);
-  map_.set_rest(hook);
+  beginning_.set_rest(hook);
   image_update_.set_rest(hook);
 }
 
@@ -76,7 +67,7 @@ bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noex
     write_disagreement(agreement_.summary(), instrument_, room_.cameras, words);
     return true;
   }
-  if (views_.marks_are_missing()) {
+  if (image_update_.views().marks_are_missing()) {
     write_missing_marks(instrument_, words);
     return true;
   }
@@ -112,7 +103,7 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
       shape_.time = observation.is_image_instant ? observation.instant : state_.tube.time;
     }
   }
-  const FoundShape shape{&map_.spline(),
+  const FoundShape shape{&beginning_.map().spline(),
                          state_.begun ? &shape_.C : nullptr,
                          shape_.covariance,
                          shape_.time,
@@ -123,8 +114,8 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
   add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);
   write_held_by_coils(coils, estimate);
-  write_held_by_images(observation, views_, estimate);
-  write_measurements(frame, views_.newest_exposure(), estimate);
+  write_held_by_images(observation, image_update_.views(), estimate);
+  write_measurements(frame, image_update_.views().newest_exposure(), estimate);
   const ImageVerdict standing = lost_tube_.standing(observation, shape_.images);
   judge(observation, coils,
         {!room_.cameras.empty(), room_.registered, shape_.converged, standing, agreement_.disagree(),
@@ -216,7 +207,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   const CoilUpdate::Pull& pull = em_update_.pull();
   state_.freedom.adapt(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
                        interval_s, state_.errors.share());
-  if (loose_tip_mm(coils, rest_) == 0) {
+  if (loose_tip_mm(coils, image_update_.rest()) == 0) {
     state_.images.forget_rival();
   }
   motion_.learn_drift(interval_s, state_);
@@ -258,7 +249,8 @@ ImageVerdict RecursiveEstimator::update_image(const Observation& observation, co
   if (verdict == ImageVerdict::kShowsTube) {
     const auto agreeing = estimate.image_inlier_ratio;
     verdict = judge_.judge(observation,
-                           {state_.tube.C, map_, views_, agreeing, coils, state_.gate, state_.newest_em},
+                           {state_.tube.C, beginning_.map(), image_update_.views(), agreeing, coils,
+                            state_.gate, state_.newest_em},
                            state_.doubt);
   } else {
     state_.doubt.clear();
@@ -278,9 +270,10 @@ void RecursiveEstimator::learn_from(const ImageUpdate::Outcome& outcome, const O
   state_.freedom.adapt(outcome.pulled, outcome.expected, outcome.interval_s, state_.errors.share());
   motion_.learn_drift(outcome.interval_s, state_);
   const CoilNoise& noise = state_.errors.noise();
-  state_.errors.scale().observe(coils, noise, outcome.lines, map_.spline(), C, outcome.interval_s);
-  agreement_.observe(coils, {observation.instant, map_.spline(), C, outcome.lines}, noise.noise_position_mm(),
-                     noise.lasting_position_mm(settings_.sigma_position_mm));
+  state_.errors.scale().observe(coils, noise, outcome.lines, beginning_.map().spline(), C,
+                                outcome.interval_s);
+  agreement_.observe(coils, {observation.instant, beginning_.map().spline(), C, outcome.lines},
+                     noise.noise_position_mm(), noise.lasting_position_mm(settings_.sigma_position_mm));
 }
 
 bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {
@@ -319,17 +312,21 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
                                     const EmFrame& frame, ImageVerdict& verdict, TubeEstimate& estimate) {
   state_.forget_doubts();
   state_.begun = false;
-  if (!start_.solve_em(coils, estimate)) {
+  if (!beginning_.solver().solve_em(coils, estimate)) {
     return false;
   }
-  views_.forget();  // lines of older images may be what led the shape away
+  TubeViews& views = image_update_.views();
+  views.forget();  // lines of older images may be what led the shape away
   if (room_.registered) {
-    verdict = start_.fuse_images(observation, coils, views_, Asked::kToBegin, estimate);
+    verdict = beginning_.solver().fuse_images(observation, coils, views, Asked::kToBegin, estimate);
     state_.images.with_tube = verdict == ImageVerdict::kShowsTube ? ImageUpdate::kConfirming : 0;
   }
-  suppose_coil_errors();
-  const auto lines = views_.constraints(observation, 1, false);
-  if (!begin_with(coils, lines, estimate)) {
+  beginning_.suppose_coil_errors(state_);
+  const auto lines = views.constraints(observation, 1, false);
+  const ShapeBeginning::Begun begun = beginning_.begin_with(coils, lines, motion_, state_);
+  estimate.iterations += static_cast<std::uint32_t>(begun.iterations);
+  shape_.converged = begun.converged;
+  if (!begun.is_possible) {
     return false;
   }
   state_.tube.time = observation.is_image_instant ? observation.instant : frame.measured;
@@ -337,57 +334,10 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.begun = true;
   state_.bending_learnt = state_.tube.time;
   state_.gate.begin(coils, frame.measured, state_.tube.time);
-  state_.errors.place(instrument_, map_.spline(), state_.tube.C);
-  shape_.covariance = map_.invert_at(coils, lines, &prior_, state_.tube.C) ? &map_ : nullptr;
+  state_.errors.place(instrument_, beginning_.map().spline(), state_.tube.C);
+  shape_.covariance = beginning_.covariance_of(state_.tube.C, coils, lines);
   shape_.C = state_.tube.C;
   past_.remember(state_);
-  return true;
-}
-
-// The prior: zero error of each coil, with what is thought to stay of it as standard deviation.
-void RecursiveEstimator::suppose_coil_errors() {
-  if (!state_.errors.began_with_known_noise()) {
-    state_.freedom.forget_surprises();  // while all was taken for noise nothing surprised
-  }
-  state_.errors.begin();
-  prior_.mean.setZero();
-  prior_.information.setZero();
-  const auto know = [this](int column, double sigma) {
-    prior_.information.diagonal().segment<3>(3 * column).setConstant(1 / (sigma * sigma));
-  };
-  for (int coil = 0; coil < static_cast<int>(instrument_.coils.size()); ++coil) {
-    know(map_.position_error_column(coil), state_.errors.position_mm());
-    know(map_.tangent_error_column(coil), state_.errors.tangent());
-  }
-  for (int column = map_.first_further_column(); column < map_.column_count(); ++column) {
-    know(column, 1);  // of the motion, which begin_with() sets
-  }
-}
-
-// Mean and covariance of what was measured, from the shape that start_ has found.
-bool RecursiveEstimator::begin_with(const CoilObservations& coils, std::span<const ViewConstraints> lines,
-                                    TubeEstimate& estimate) {
-  const CoilNoise& noise = state_.errors.noise();
-  TubeGaussian& tube = state_.tube;
-  tube.C.setZero();
-  tube.C.leftCols(start_.C().cols()) = start_.C();
-  state_.bending = start_.bending();
-  state_.images.rival = start_.rival();
-  state_.images.is_ambiguous = start_.is_ambiguous();
-  map_.set_bending(state_.bending);
-  map_.set_strain_slack(kStrainSlack);
-  map_.set_coil_noise(noise.noise_position_mm(), noise.noise_tangent());
-  estimate.iterations += static_cast<std::uint32_t>(
-      map_.refine(coils, lines, &prior_, settings_.iterations, tube.C, shape_.converged));
-  map_.set_strain_slack(kNoStrain);
-  const bool inverted = map_.invert_at(coils, lines, &prior_, tube.C);
-  map_.set_strain_slack(kStrainSlack);
-  if (!inverted) {
-    return false;
-  }
-  tube.P = map_.coefficient_covariance();
-  motion_.begin(tube);
-  tube.m = tube.C;
   return true;
 }
 

@@ -10,7 +10,7 @@
 #include "daemon/estimator/images/shape_judge.hpp"
 #include "daemon/estimator/learnt_bending.hpp"
 #include "daemon/estimator/report.hpp"
-#include "daemon/estimator/single_frame_solver.hpp"
+#include "daemon/estimator/shape_beginning.hpp"
 #include "daemon/estimator/state_motion.hpp"
 #include "daemon/estimator/tube_state.hpp"
 
@@ -59,17 +59,11 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void learn_bending_from_coils(TubeEstimate& estimate);
   bool initialise(const Observation& observation, CoilObservations& coils, const EmFrame& frame,
                   ImageVerdict& verdict, TubeEstimate& estimate);
-  void suppose_coil_errors();
-  bool begin_with(const CoilObservations& coils, std::span<const ViewConstraints> lines,
-                  TubeEstimate& estimate);
 
   EstimatorSettings settings_;
   InstrumentDescription instrument_;
   RoomDescription room_;
-  SingleFrameSolver start_;
-  TubeMap map_;          ///< of all columns
-  GaussianPrior prior_;  ///< the same, to begin with
-  TubeViews views_;
+  ShapeBeginning beginning_;
   StateMotion motion_;
   EmUpdate em_update_;
   ImageUpdate image_update_;
@@ -81,7 +75,6 @@ class RecursiveEstimator final : public RestShapedEstimator {
   Shape shape_;
   LostTube lost_tube_;
   CoilImageAgreement agreement_;
-  RestHook* rest_ = nullptr;  ///< nullptr: the tip is straight while nothing bends it
 };
 
 }  // namespace tubed

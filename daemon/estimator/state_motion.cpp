@@ -5,9 +5,9 @@ namespace tubed {
 StateMotion::StateMotion(const TubeMap& map, const InstrumentDescription& instrument)
     : map_(map),
       instrument_(instrument),
-      motion_(map.spline(), map.column_count()),
-      scratch_(Eigen::MatrixXd::Zero(3 * Eigen::Index{map.column_count()},
-                                     3 * Eigen::Index{map.column_count()})) {}
+      motion_(map.spline(), map.columns().count()),
+      scratch_(Eigen::MatrixXd::Zero(3 * Eigen::Index{map.columns().count()},
+                                     3 * Eigen::Index{map.columns().count()})) {}
 
 void StateMotion::predict(MonotonicTime time, double freedom, TubeState& state) {
   TubeGaussian& tube = state.tube;

@@ -17,7 +17,7 @@ struct ColumnSum {
   std::array<double, 5> weight{};
 };
 
-/// Columns of C and m as TubeMap::column_count() says: coefficients (mm, world), for each coil an error of
+/// Columns of C and m as TubeColumns says: coefficients (mm, world), for each coil an error of
 /// its position (mm, world) and of its tangent that lasts, then the motion's (TubeMotion).
 struct TubeGaussian {
   explicit TubeGaussian(int column_count);

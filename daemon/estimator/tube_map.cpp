@@ -1,5 +1,7 @@
 #include "daemon/estimator/tube_map.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "daemon/estimator/algebra/cost_sum.hpp"
@@ -14,21 +16,6 @@ constexpr double kNegligibleStep_mm = 1e-6;
 constexpr double kFirstDamping = 1e-6;
 // Gauss-Legendre with two points integrates the squares of each cubic piece's second derivative exactly.
 constexpr std::array<double, 2> kGaussNodes = {0.21132486540518713, 0.78867513459481287};
-
-// How a residual goes with an error of the pose, in standard deviations: by w, then by v of PoseSigma.
-SharedError::Parts by_pose(const LineCamera& camera, const PoseSigma& sigma,
-                           const Eigen::Vector3d& p_world_mm, const Eigen::Vector3d& gradient_world) {
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(camera.T_camera_world.data());
-  const Eigen::Vector3d gradient = T.leftCols<3>() * gradient_world;  // by p_camera
-  const Eigen::Vector3d from_pivot_mm =
-      T * p_world_mm.homogeneous() - sigma.pivot_depth_mm * Eigen::Vector3d::UnitZ();
-  // g . (w x d) = w . (d x g)
-  SharedError::Parts parts;
-  parts << from_pivot_mm.cross(gradient).cwiseProduct(
-      Eigen::Map<const Eigen::Vector3d>(sigma.rotation_rad.data())),
-      gradient.cwiseProduct(Eigen::Map<const Eigen::Vector3d>(sigma.translation_mm.data()));
-  return parts;
-}
 
 // How much of the second derivative's square at each node of the integral is there by the residuals of
 // bending alone, all weighing the same, in units of what one axis has: 1 in the middle of a tube, more at its
@@ -50,14 +37,12 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
                  int further_columns)
     : settings_(settings),
       spline_(settings.coefficient_count, length_mm),
-      coils_with_error_(coils_with_error),
-      further_columns_(further_columns),
-      equations_(settings.coefficient_count, column_count() - settings.coefficient_count),
-      step_(Eigen::Matrix3Xd::Zero(3, column_count())),
+      columns_{settings.coefficient_count, coils_with_error, further_columns},
+      equations_(settings.coefficient_count, columns_.count() - settings.coefficient_count),
+      step_(Eigen::Matrix3Xd::Zero(3, columns_.count())),
       trial_(step_),
       departure_(Eigen::VectorXd::Zero(step_.size())),
-      sigma_position_mm_(settings.sigma_position_mm),
-      sigma_tangent_(settings.sigma_tangent) {
+      sigma_{settings.sigma_position_mm, settings.sigma_tangent} {
   for (int segment = 0; segment < spline_.coefficient_count() - 3; ++segment) {
     for (const double node : kGaussNodes) {
       node_places_mm_.push_back((segment + node) * spline_.spacing_mm());
@@ -66,11 +51,6 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
   }
   bending_ = Eigen::VectorXd::Ones(bending_node_count());
   bending_by_itself_ = bending_by_itself(spline_.coefficient_count() - 3);
-  line_views_.reserve(kMaxCameras);
-  // Written once, so that no page of it is new to a real-time thread.
-  lines_.resize(static_cast<std::size_t>(kMaxCameras) * (LineSearch::kMaxLines + kMaxMarks + 1));
-  lines_.clear();
-  reserve_lines(lines_.capacity());
 }
 
 template <typename Sum>
@@ -93,27 +73,27 @@ void TubeMap::add_coil(const CoilObservation& coil, int index, const Eigen::Matr
   const Eigen::Vector3d direction = derivative / speed;
   Eigen::Vector3d off_mm = combine(C, basis.first, basis.value) - coil.p_world_mm;
   Eigen::Vector3d turned = -direction - coil.tangent_world;
-  const double position_weight = 1 / sigma_position_mm_;
+  const double position_weight = 1 / sigma_.position_mm;
   // d(-zeta' / |zeta'|) / d zeta' = -(I - u u^T) / |zeta'| with u = zeta' / |zeta'|: only what is across u
   // turns it.
   const Eigen::Matrix3d turning =
-      -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_tangent_);
-  if (index >= coils_with_error_) {
+      -(Eigen::Matrix3d::Identity() - direction * direction.transpose()) / (speed * sigma_.tangent);
+  if (index >= columns_.coils_with_error) {
     sum.add_isotropic(basis.first, basis.value, position_weight, off_mm * position_weight);
     for (int axis = 0; axis < 3; ++axis) {
       sum.add(basis.first, basis.first_derivative, turning.row(axis).transpose(),
-              turned[axis] / sigma_tangent_);
+              turned[axis] / sigma_.tangent);
     }
     return;
   }
   // A coil's lasting error b_i is a state: r_p = (zeta(s_i) + b_i - p_i) / sigma_p, and the same for its
   // tangent.
-  off_mm += C.col(position_error_column(index));
-  turned += C.col(tangent_error_column(index));
+  off_mm += C.col(columns_.position_error(index));
+  turned += C.col(columns_.tangent_error(index));
   sum.add_with(basis.first, basis.value, position_weight * Eigen::Matrix3d::Identity(),
-               position_error_column(index), position_weight, off_mm * position_weight);
-  sum.add_with(basis.first, basis.first_derivative, turning, tangent_error_column(index), 1 / sigma_tangent_,
-               turned / sigma_tangent_);
+               columns_.position_error(index), position_weight, off_mm * position_weight);
+  sum.add_with(basis.first, basis.first_derivative, turning, columns_.tangent_error(index),
+               1 / sigma_.tangent, turned / sigma_.tangent);
 }
 
 template <typename Sum>
@@ -140,7 +120,7 @@ void TubeMap::add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const {
   // Instead of the lengths L_ik of Eq. (12): the integral of (|zeta'| - 1)^2 / sigma_strain^2 ds, node by
   // node; its gradient by zeta' is the unit tangent.
   const double weight =
-      std::sqrt(spline_.spacing_mm() / 2) / (strain_sigma_factor_ * settings_.sigma_strain_sqrt_mm);
+      std::sqrt(spline_.spacing_mm() / 2) / (sigma_.strain_factor * settings_.sigma_strain_sqrt_mm);
   for (const CubicBasis& basis : nodes_) {
     const Eigen::Vector3d derivative = combine(C, basis.first, basis.first_derivative);
     const double speed = std::max(derivative.norm(), 1e-6);
@@ -149,69 +129,9 @@ void TubeMap::add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const {
 }
 
 template <typename Sum>
-void TubeMap::add_view(const PreparedView& view, const Eigen::Matrix3Xd& C, Sum& sum) {
-  const std::size_t begin = view.begin;
-  for (std::size_t i = begin; i < begin + view.count; ++i) {
-    const Eigen::Vector3d p_world_mm = combine(C, lines_[i].first, lines_[i].weights);
-    line_points_[0][i] = p_world_mm.x();
-    line_points_[1][i] = p_world_mm.y();
-    line_points_[2][i] = p_world_mm.z();
-  }
-  auto& [residual, gradient_x, gradient_y, gradient_z] = line_residuals_;
-  project_to_lines(view.camera,
-                   {view.count, &line_points_[0][begin], &line_points_[1][begin], &line_points_[2][begin],
-                    &line_targets_[0][begin], &line_targets_[1][begin], &line_targets_[2][begin]},
-                   {&residual[begin], &gradient_x[begin], &gradient_y[begin], &gradient_z[begin]});
-  const bool is_pose_exact = view.pose_sigma.is_zero();
-  if (!is_pose_exact) sum.begin_shared();
-  for (std::size_t i = begin; i < begin + view.count; ++i) {
-    const Eigen::Vector3d gradient(gradient_x[i], gradient_y[i], gradient_z[i]);
-    sum.add(lines_[i].first, lines_[i].weights, gradient, residual[i]);
-    if (!is_pose_exact) {
-      const Eigen::Vector3d p_world_mm(line_points_[0][i], line_points_[1][i], line_points_[2][i]);
-      sum.add_shared(lines_[i].first, lines_[i].weights, gradient, residual[i],
-                     by_pose(view.camera, view.pose_sigma, p_world_mm, gradient));
-    }
-  }
-  if (!is_pose_exact) sum.end_shared();
-}
-
-// What a kernel reads or writes beyond its last line belongs to the next view, which comes later, or to
-// nobody.
-void TubeMap::reserve_lines(std::size_t count) {
-  for (auto& values : line_points_) values.resize(count + kLineLanes);
-  for (auto& values : line_targets_) values.resize(count + kLineLanes);
-  for (auto& values : line_residuals_) values.resize(count + kLineLanes);
-}
-
-void TubeMap::prepare(std::span<const ViewConstraints> views) {
-  line_views_.clear();
-  lines_.clear();
-  for (const ViewConstraints& view : views) {
-    const auto count = static_cast<std::size_t>(view.count);
-    if (count == 0) continue;
-    const std::size_t begin = lines_.size();
-    line_views_.push_back({LineCamera(view.camera->calibration()), view.pose_sigma, begin, count});
-    if (begin + count + kLineLanes > line_points_[0].size()) reserve_lines(begin + count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const LineConstraint& line = view.lines[i];
-      const CubicBasis basis = spline_.basis(line.s_mm);
-      lines_.push_back({basis.first, basis.value});
-      // r = n . (pi(zeta(s)) - target) / sqrt(v): the normal and its product with the target, whitened.
-      const Eigen::Vector2d normal = line.normal / std::sqrt(line.variance_px2);
-      line_targets_[0][begin + i] = normal.x();
-      line_targets_[1][begin + i] = normal.y();
-      line_targets_[2][begin + i] = normal.dot(line.target_px);
-    }
-  }
-}
-
-template <typename Sum>
 void TubeMap::add_measurements(const Measurements& measurements, const Eigen::Matrix3Xd& C, Sum& sum) {
   add_coils(measurements.coils, C, sum);
-  for (const PreparedView& view : line_views_) {
-    add_view(view, C, sum);
-  }
+  lines_.add(C, sum);
   if (measurements.prior != nullptr) {
     departure_ = (C - measurements.prior->mean).reshaped();
     sum.add_prior(measurements.prior->information, departure_);
@@ -263,7 +183,7 @@ int TubeMap::refine(const CoilObservations& coils, std::span<const ViewConstrain
   converged = false;
   double damping = kFirstDamping;
   const Measurements measurements{coils, prior};
-  prepare(views);
+  lines_.prepare(views, spline_);
   linearise(measurements, C);
   cost_ = equations_.cost();
   for (int iteration = 1; iteration <= max_iterations; ++iteration) {
@@ -310,7 +230,7 @@ double TubeMap::contradiction(const CoilObservations& coils, const Eigen::Matrix
 
 bool TubeMap::invert_at(const CoilObservations& coils, std::span<const ViewConstraints> views,
                         const GaussianPrior* prior, const Eigen::Matrix3Xd& C) {
-  prepare(views);
+  lines_.prepare(views, spline_);
   linearise({coils, prior}, C);
   return equations_.invert();
 }
@@ -338,7 +258,7 @@ void TubeMap::expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors
 
 bool TubeMap::condense(const CoilObservations& coils, std::span<const ViewConstraints> views,
                        const GaussianPrior& prior, const Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& mean) {
-  prepare(views);
+  lines_.prepare(views, spline_);
   equations_.clear();
   add_measurements({coils, &prior}, C, equations_);
   if (!equations_.invert_and_solve(step_)) {

@@ -2,52 +2,36 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <span>
 #include <vector>
 
-#include "daemon/estimator/algebra/line_kernels.hpp"
 #include "daemon/estimator/algebra/normal_equations.hpp"
 #include "daemon/estimator/coils/coil_observation.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
+#include "daemon/estimator/images/prepared_lines.hpp"
 #include "daemon/estimator/tip/rest_hook.hpp"
-#include "daemon/image/correspondence_lines.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
-#include "idl/geometry/camera.hpp"
 
 namespace tubed {
-
-/// An image line as a residual: the projected point at s has to lie on the line through `target_px` normal to
-/// `normal`, within `variance_px2`.
-struct LineConstraint {
-  double s_mm = 0;
-  Eigen::Vector2d target_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
-  double variance_px2 = 1;
-};
-
-/// Line constraints of one camera; a view into memory of the caller.
-struct ViewConstraints {
-  const Camera* camera = nullptr;
-  const LineConstraint* lines = nullptr;
-  int count = 0;
-  PoseSigma pose_sigma{};  ///< of the camera: an error that all its lines share
-
-  static constexpr double kNearest_mm = 5;
-  /// Is a line within kNearest_mm of the place s along the tube?
-  [[nodiscard]] bool shows(double s_mm) const {
-    return std::any_of(lines, lines + count, [s_mm](const LineConstraint& line) {
-      return std::abs(line.s_mm - s_mm) <= kNearest_mm;
-    });
-  }
-};
 
 /// What is known of the coefficients before the measurements.
 struct GaussianPrior {
   Eigen::MatrixXd information;  ///< 3n x 3n, coefficient k at rows 3k .. 3k + 2
   Eigen::Matrix3Xd mean;        ///< 3 x n
+};
+
+/// Which column of a 3 x n matrix is what: the spline's coefficients, then the position error (mm, world) of
+/// each coil that has one, then the error of each one's unit tangent (world), then what else is estimated
+/// beside them.
+struct TubeColumns {
+  int coefficients = 0;
+  int coils_with_error = 0;  ///< that stays from one measurement to the next
+  int further = 0;           ///< for whatever the caller estimates by the prior
+
+  [[nodiscard]] int count() const { return coefficients + 2 * coils_with_error + further; }
+  [[nodiscard]] int position_error(int coil) const { return coefficients + coil; }
+  [[nodiscard]] int tangent_error(int coil) const { return coefficients + coils_with_error + coil; }
+  [[nodiscard]] int first_further() const { return count() - further; }
 };
 
 /// Solves one instrument's MAP. Called by the optimizer thread only; memory is taken in the constructor,
@@ -66,15 +50,13 @@ struct GaussianPrior {
 /// between coils, so the weights here are the noise of the measurements.
 class TubeMap {
  public:
-  /// `coils_with_error`: how many coils have an error of their own that stays from one measurement to the
-  /// next; it is estimated beside the shape, in further columns of every C (see column_count()). 0: every
-  /// error is noise. `further_columns`: behind those, for whatever the caller estimates beside them by the
-  /// prior.
+  /// The errors of `coils_with_error` coils are estimated beside the shape (TubeColumns); 0: every error is
+  /// noise.
   TubeMap(const EstimatorSettings& settings, double length_mm, int coils_with_error = 0,
           int further_columns = 0);
 
   /// Multiplies sigma_strain of the settings from here on.
-  void set_strain_slack(double factor) { strain_sigma_factor_ = factor; }
+  void set_strain_slack(double factor) { sigma_.strain_factor = factor; }
 
   /// Multiplies bending_q_per_mm of the settings from here on, at each node of the integral of Eq. (13): ones
   /// until then, bending_node_count() of them, from the tip on.
@@ -94,20 +76,12 @@ class TubeMap {
 
   /// Standard deviations of what is noise of a coil from here on, an axis; those of the settings until then.
   void set_coil_noise(double sigma_position_mm, double sigma_tangent) {
-    sigma_position_mm_ = sigma_position_mm;
-    sigma_tangent_ = sigma_tangent;
+    sigma_.position_mm = sigma_position_mm;
+    sigma_.tangent = sigma_tangent;
   }
 
-  /// Columns of every C: coefficients, then the position error (mm, world) of each coil that has one, then
-  /// the error of each one's unit tangent (world).
-  [[nodiscard]] int column_count() const {
-    return spline_.coefficient_count() + 2 * coils_with_error_ + further_columns_;
-  }
-  [[nodiscard]] int position_error_column(int coil) const { return spline_.coefficient_count() + coil; }
-  [[nodiscard]] int tangent_error_column(int coil) const {
-    return spline_.coefficient_count() + coils_with_error_ + coil;
-  }
-  [[nodiscard]] int first_further_column() const { return column_count() - further_columns_; }
+  /// Of every C.
+  [[nodiscard]] const TubeColumns& columns() const { return columns_; }
 
   /// Start without any guess: the linear problem (unit speed along each coil's tangent, bending, no strain;
   /// of a hook the binormal stays as it is).
@@ -147,25 +121,18 @@ class TubeMap {
   [[nodiscard]] const UniformCubicBSpline& spline() const { return spline_; }
 
  private:
-  /// What does not change while C does.
-  struct PreparedLine {
-    int first;
-    std::array<double, 4> weights;
+  /// By which residuals are divided.
+  struct Sigma {
+    double position_mm;
+    double tangent;
+    double strain_factor = 1;  ///< of the settings'
   };
-  /// A view's lines in lines_, and its camera for the kernel.
-  struct PreparedView {
-    LineCamera camera;
-    PoseSigma pose_sigma;
-    std::size_t begin;
-    std::size_t count;
-  };
-  /// What linearise() and cost_at() ask, beside the lines of the newest prepare().
+  /// What linearise() and cost_at() ask, beside lines_.
   struct Measurements {
     const CoilObservations& coils;
     const GaussianPrior* prior;
   };
 
-  void prepare(std::span<const ViewConstraints> views);
   void linearise(const Measurements& measurements, const Eigen::Matrix3Xd& C);
   double cost_at(const Measurements& measurements, const Eigen::Matrix3Xd& C);
 
@@ -179,30 +146,20 @@ class TubeMap {
   void add_bending(const Eigen::Matrix3Xd& C, RestHook::Binormal binormal, Sum& sum);
   template <typename Sum>
   void add_strain(const Eigen::Matrix3Xd& C, Sum& sum) const;
-  template <typename Sum>
-  void add_view(const PreparedView& view, const Eigen::Matrix3Xd& C, Sum& sum);
-  void reserve_lines(std::size_t count);
 
   EstimatorSettings settings_;
   UniformCubicBSpline spline_;
-  int coils_with_error_;
-  int further_columns_;
+  TubeColumns columns_;
   std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
   std::vector<double> node_places_mm_;
   Eigen::VectorXd bending_;            ///< at each of them
   Eigen::VectorXd bending_by_itself_;  ///< what expect_bending() divides by: more at the ends
-  std::vector<PreparedView> line_views_;
-  std::vector<PreparedLine> lines_;                    ///< of all views, one after another; so are the next
-  std::array<std::vector<double>, 3> line_points_;     ///< x, y, z
-  std::array<std::vector<double>, 3> line_targets_;    ///< normal over the standard deviation, target
-  std::array<std::vector<double>, 4> line_residuals_;  ///< residual, gradient
+  PreparedLines lines_;
   NormalEquations equations_;
   Eigen::Matrix3Xd step_;
   Eigen::Matrix3Xd trial_;
   Eigen::VectorXd departure_;
-  double sigma_position_mm_;
-  double sigma_tangent_;
-  double strain_sigma_factor_ = 1;
+  Sigma sigma_;
   double cost_ = 0;  ///< of what refine() found last
   RestHook* hook_ = nullptr;
 };

@@ -41,7 +41,7 @@ struct ImageRecord {
 /// Copied without allocating.
 struct TubeState {
   TubeState(const TubeMap& map, const EstimatorSettings& settings, int coil_count)
-      : tube(map.column_count()),
+      : tube(map.columns().count()),
         errors(settings),
         gate(settings, coil_count),
         bending(Eigen::VectorXd::Ones(map.bending_node_count())),

@@ -22,26 +22,23 @@ void NormalEquations::clear() {
   band_.setZero();
   further_.setZero();
   gradient_.setZero();
-  squares_.setZero();
-  pull_.setZero();
-  first_ = -1;
-  waiting_ = 0;
+  block_.begin(CoefficientBlock::kNone);
   prior_ = nullptr;
   shared_columns_ = 0;
   cost_ = 0;
 }
 
 void NormalEquations::close() {
-  if (first_ < 0) {
+  if (block_.first() == CoefficientBlock::kNone) {
     return;
   }
-  sum_up();
+  block_.sum_up();
   Eigen::Index pair = 0;
   for (int b = 0; b < 4; ++b) {
     for (int a = b; a < 4; ++a, ++pair) {
-      const auto s = squares_.col(pair);
+      const auto s = block_.squares().col(pair);
       const int below = 3 * (a - b);
-      double* const band = band_.col(3 * (first_ + b)).data() + below;
+      double* const band = band_.col(3 * (block_.first() + b)).data() + below;
       // Column c of the block begins c rows further up in the band; on the diagonal its upper part is left
       // out.
       band[0] += s[0];
@@ -57,22 +54,14 @@ void NormalEquations::close() {
       band[2 * kBandRows] += s[5];
     }
   }
-  gradient_.segment<12>(3 * first_) += pull_.reshaped();
-  squares_.setZero();
-  pull_.setZero();
-  first_ = -1;
+  gradient_.segment<12>(3 * block_.first()) += block_.pull().reshaped();
+  block_.begin(CoefficientBlock::kNone);
 }
 
 void NormalEquations::add_isotropic(int first, const std::array<double, 4>& weights, double scale,
                                     const Eigen::Vector3d& residual) {
   open(first);
-  // J = scale w_k I: J^T J has w_a w_b scale^2 on the diagonal of each 3 x 3 block (elements xx, yy, zz: rows
-  // 0, 3, 5), J^T r is scale w_k r.
-  const Products products = scale * scale * products_of(weights);
-  squares_.row(0) += products;
-  squares_.row(3) += products;
-  squares_.row(5) += products;
-  pull_.noalias() += (scale * residual) * Eigen::Map<const Eigen::RowVector4d>(weights.data());
+  block_.add_isotropic(weights, scale, residual);
   cost_ += residual.squaredNorm();
 }
 

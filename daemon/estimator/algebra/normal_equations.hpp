@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "daemon/estimator/algebra/coefficient_block.hpp"
 #include "daemon/estimator/algebra/dense_cholesky.hpp"
-#include "daemon/estimator/algebra/line_kernels.hpp"
 #include "daemon/estimator/algebra/shared_error.hpp"
 #include "daemon/estimator/algebra/spline_band_cholesky.hpp"
 
@@ -27,17 +27,7 @@ class NormalEquations {
   void add(int first, const std::array<double, 4>& weights, const Eigen::Vector3d& gradient,
            double residual) {
     open(first);
-    if (waiting_ == kMaxWaiting) sum_up();
-    double* const outer = outer_.data() + 8 * waiting_;
-    outer[0] = gradient[0] * gradient[0];
-    outer[1] = gradient[0] * gradient[1];
-    outer[2] = gradient[0] * gradient[2];
-    outer[3] = gradient[1] * gradient[1];
-    outer[4] = gradient[1] * gradient[2];
-    outer[5] = gradient[2] * gradient[2];
-    Eigen::Map<Products>(products_.data() + 12 * waiting_) = products_of(weights);
-    ++waiting_;
-    pull_.noalias() += (residual * gradient) * Eigen::Map<const Eigen::RowVector4d>(weights.data());
+    block_.add(weights, gradient, residual);
     cost_ += residual * residual;
   }
 
@@ -100,25 +90,13 @@ class NormalEquations {
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
-  using Products = Eigen::Matrix<double, 10, 1>;
-
-  /// w_a w_b of the pairs a >= b, by columns of the lower triangle.
-  static Products products_of(const std::array<double, 4>& w) {
-    return {w[0] * w[0], w[1] * w[0], w[2] * w[0], w[3] * w[0], w[1] * w[1],
-            w[2] * w[1], w[3] * w[1], w[2] * w[2], w[3] * w[2], w[3] * w[3]};
-  }
-
-  // Blocks of one `first` are gathered in registers' reach and go to the band when another one begins.
+  // Residuals of one `first` are gathered in block_ and go to the band when another one begins.
   void open(int first) {
-    if (first == first_) return;
+    if (first == block_.first()) return;
     close();
-    first_ = first;
+    block_.begin(first);
   }
   void close();
-  void sum_up() {
-    add_outer_products(outer_.data(), products_.data(), waiting_, squares_.data());
-    waiting_ = 0;
-  }
   void fill_dense(double damping);
   void take_shared_away(Eigen::Index column, Eigen::Ref<Eigen::VectorXd> below_diagonal) const;
   [[nodiscard]] bool is_banded() const {
@@ -128,20 +106,14 @@ class NormalEquations {
   int coefficient_count_;
   int column_count_;
   double cost_ = 0;
-  int first_ = -1;  ///< of the blocks that wait
-  static constexpr std::size_t kMaxWaiting = 24;
-  std::size_t waiting_ = 0;                          ///< residuals not yet in squares_
-  std::array<double, 8 * kMaxWaiting> outer_{};      ///< upper triangle of g g^T, row by row, and two zeros
-  std::array<double, 12 * kMaxWaiting> products_{};  ///< products_of() their weights
-  Eigen::Matrix<double, 8, 10> squares_;             ///< their sum: a pair of coefficients a column
-  Eigen::Matrix<double, 3, 4> pull_;                 ///< their part of J^T r
-  LowerBand band_;                                   ///< of J^T J, the coefficients among each other
-  Eigen::MatrixXd further_;                          ///< its rows of the further columns, lower triangle
-  Eigen::VectorXd gradient_;                         ///< J^T r
-  const Eigen::MatrixXd* prior_ = nullptr;           ///< its information
-  SharedError shared_error_;                         ///< the one that is being gathered
-  Eigen::MatrixXd shared_;           ///< B of that one, E of those before; rows of the coefficients
-  Eigen::Index shared_columns_ = 0;  ///< of E
+  CoefficientBlock block_;
+  LowerBand band_;                          ///< of J^T J, the coefficients among each other
+  Eigen::MatrixXd further_;                 ///< its rows of the further columns, lower triangle
+  Eigen::VectorXd gradient_;                ///< J^T r
+  const Eigen::MatrixXd* prior_ = nullptr;  ///< its information
+  SharedError shared_error_;                ///< the one that is being gathered
+  Eigen::MatrixXd shared_;                  ///< B of that one, E of those before; rows of the coefficients
+  Eigen::Index shared_columns_ = 0;         ///< of E
   SplineBandCholesky banded_;
   DenseCholesky dense_;
   Eigen::MatrixXd inverse_;

@@ -29,7 +29,7 @@ void CoilInnovations::measure(const CoilObservations& coils, const TubeMap& map,
     const auto place = [&](int index) {
       const double s_mm = coils.coils[static_cast<std::size_t>(index)].s_mm;
       ColumnSum sum(map.spline().basis(s_mm));
-      sum.column.back() = map.position_error_column(index);
+      sum.column.back() = map.columns().position_error(index);
       sum.weight.back() = 1;
       return sum;
     };
@@ -38,7 +38,7 @@ void CoilInnovations::measure(const CoilObservations& coils, const TubeMap& map,
     coil[static_cast<std::size_t>(count)] = i;
     const CubicBasis basis = map.spline().basis(observed.s_mm);
     innovation_mm.segment<3>(row) = observed.p_world_mm - combine(tube.C, basis.first, basis.value) -
-                                    tube.C.col(map.position_error_column(i));
+                                    tube.C.col(map.columns().position_error(i));
     for (int k = 0; k < count; ++k) {
       const Eigen::Matrix3d shared = tube.covariance_of(own, place(coil[static_cast<std::size_t>(k)]));
       covariance_mm2.block<3, 3>(row, 3 * k) = shared;

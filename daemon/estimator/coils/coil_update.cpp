@@ -70,8 +70,8 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
       continue;
     }
     const CubicBasis basis = map.spline().basis(coil.s_mm);
-    const int position = map.position_error_column(i);
-    const int tangent = map.tangent_error_column(i);
+    const int position = map.columns().position_error(i);
+    const int tangent = map.columns().tangent_error(i);
     const Eigen::Matrix3d placing = Eigen::Matrix3d::Identity() / sigma_position_mm;
     add({basis.first, basis.value, placing, position, placing},
         (combine(C, basis.first, basis.value) + C.col(position) - coil.p_world_mm) / sigma_position_mm, C, m,

@@ -24,7 +24,7 @@ class CoilUpdate {
     double expected = 0;
   };
 
-  /// Linearises at C, updates mean m and covariance P, moves C with m. Columns as map.column_count() says.
+  /// Linearises at C, updates mean m and covariance P, moves C with m. Columns as map.columns().count() says.
   /// Nothing happens without a used coil. False, with m and P as they were, when P is not positive definite.
   bool apply(const CoilObservations& coils, const TubeMap& map, double sigma_position_mm,
              double sigma_tangent, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m, Eigen::MatrixXd& P);

@@ -6,7 +6,7 @@ EmUpdate::EmUpdate(const EstimatorSettings& settings, const TubeMap& map, int co
     : map_(map),
       faults_(settings.coil_faults, coil_count),
       innovations_(coil_count),
-      update_(coil_count, map.column_count()) {}
+      update_(coil_count, map.columns().count()) {}
 
 double EmUpdate::gate(MonotonicTime measured, double interval_s, TubeState& state, CoilObservations& coils) {
   innovations_.measure(coils, map_, state.tube, state.errors.noise().noise_position_mm());

@@ -75,7 +75,7 @@ void LastingCoilErrors::age_positions(double dt_s, const std::array<Eigen::Vecto
   const double kept_shared = kept_of(way_mm, kSharedLength_mm, dt_s, kSharedMemory_s);
   const SharedCoilErrors shared({places_mm_.data(), coils});
   const auto age = [&](auto X) { shared.age(kept_shared, {kept_own.data(), coils}, X, scratch); };
-  const Eigen::Index first = 3 * Eigen::Index{map.position_error_column(0)};
+  const Eigen::Index first = 3 * Eigen::Index{map.columns().position_error(0)};
   const Eigen::Index size = 3 * Eigen::Index{coil_count};
   age(Eigen::Map<Eigen::VectorXd>(tube.C.data() + first, size));
   age(Eigen::Map<Eigen::VectorXd>(tube.m.data() + first, size));
@@ -126,9 +126,9 @@ void LastingCoilErrors::age(double dt_s, const InstrumentDescription& instrument
   for (int i = 0; i < coil_count; ++i) {
     const auto coil = static_cast<std::size_t>(i);
     const double way_mm = (places_mm_[coil] - before_mm[coil]).norm();
-    age_tangent(kept_of(way_mm, kOwnLength_mm, dt_s, kOwnMemory_s), map.tangent_error_column(i), tube);
-    correct(map.position_error_column(i), position_mm_, was_position_mm, was_min_position_mm);
-    correct(map.tangent_error_column(i), tangent_, was_tangent, was_min_tangent);
+    age_tangent(kept_of(way_mm, kOwnLength_mm, dt_s, kOwnMemory_s), map.columns().tangent_error(i), tube);
+    correct(map.columns().position_error(i), position_mm_, was_position_mm, was_min_position_mm);
+    correct(map.columns().tangent_error(i), tangent_, was_tangent, was_min_tangent);
   }
 }
 

@@ -18,11 +18,11 @@ constexpr std::array<int, 2> kReaches_px = {ImageUpdate::kFirstReach_px, 5};
 
 }  // namespace
 
-ImageUpdate::ImageUpdate(const EstimatorSettings& settings, double length_mm, int column_count,
-                         TubeViews& views)
+ImageUpdate::ImageUpdate(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                         const RoomDescription& room, int column_count)
     : max_iterations_(settings.iterations),
-      views_(views),
-      coefficients_(settings, length_mm, column_count),
+      views_(settings, instrument, room),
+      coefficients_(settings, instrument.length_mm, column_count),
       mirror_test_(settings.coefficient_count),
       predicted_(Eigen::Matrix3Xd::Zero(3, column_count)) {}
 
@@ -63,7 +63,7 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
     if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px) {
-      const TubeViews::Surprise surprise = views_.surprise(observation.instant);
+      const Surprise surprise = views_.surprise(observation.instant);
       if (surprise.chi2 > kJerk) {
         outcome.jerk_at_mm = surprise.s_mm;
         return outcome;

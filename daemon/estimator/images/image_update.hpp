@@ -21,11 +21,17 @@ class ImageUpdate {
   /// Images in a row, for a short piece that was not seen before.
   static constexpr int kConfirming = 3;
 
-  /// `views` belongs to the caller; `column_count` of the state.
-  ImageUpdate(const EstimatorSettings& settings, double length_mm, int column_count, TubeViews& views);
+  /// `column_count` of the state.
+  ImageUpdate(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+              const RoomDescription& room, int column_count);
 
   /// Bending is measured from this hook: TubeMap::set_rest(); nullptr: from a straight tube.
   void set_rest(RestHook* hook);
+  [[nodiscard]] const RestHook* rest() const { return rest_; }
+
+  /// What images said.
+  [[nodiscard]] TubeViews& views() { return views_; }
+  [[nodiscard]] const TubeViews& views() const { return views_; }
 
   /// The shape that the measurements and the tube's stiffness make together, from C on, into C; the state
   /// stays as it is. False when it is numerically lost.
@@ -66,7 +72,7 @@ class ImageUpdate {
   bool shows_tube(MonotonicTime instant, const TubeEstimate& estimate, TubeState& state);
 
   int max_iterations_;
-  TubeViews& views_;
+  TubeViews views_;
   CoefficientUpdate coefficients_;
   MirrorTest mirror_test_;
   Eigen::Matrix3Xd predicted_;  ///< the shape before the images of this instant

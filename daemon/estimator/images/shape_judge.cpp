@@ -96,10 +96,10 @@ int ShapeJudge::coils_of_a_snap(const Observation& observation, const ShownShape
       coil.state = CoilState::kUsed;
     }
     if (coil.used()) {
-      const double chi_squared =
-          (off_coil_mm(coil, shown.map.spline(), shown.C) - shown.C.col(shown.map.position_error_column(i)))
-              .squaredNorm() /
-          (sigma_position_mm_ * sigma_position_mm_);
+      const double chi_squared = (off_coil_mm(coil, shown.map.spline(), shown.C) -
+                                  shown.C.col(shown.map.columns().position_error(i)))
+                                     .squaredNorm() /
+                                 (sigma_position_mm_ * sigma_position_mm_);
       distance += chi_squared;
       contradicting += chi_squared > kContradictingFrom ? 1 : 0;
     }

@@ -1,8 +1,8 @@
-// Marks along the tube, read in the image where the lines have found it.
+#include "daemon/estimator/images/tube_marks.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/image/sample_vesselness.hpp"
 #include "idl/geometry/squared.hpp"
 
@@ -14,17 +14,21 @@ constexpr double kSigmaMark_px = 0.5;  // of all marks together, beside the shif
 constexpr double kRemembered = 0.99;   // of what earlier images said of marks, with each new one
 constexpr double kMinAsked = 30;
 constexpr double kMissing = 0.1;
+constexpr double kShortest_px_per_mm = 0.2;  // below, a piece of tube lies along the rays
+constexpr int kTipDirection = 3;             // lines over which the tip's direction is taken
 
 }  // namespace
 
-// On the path that the lines have found, before the tip straight on.
-Eigen::Vector2d TubeViews::found_px(double s_mm) const {
+TubeMarks::TubeMarks(const std::vector<double>& marks_mm, double mark_length_mm)
+    : search_(marks_mm, mark_length_mm), darkness_(search_.samples()) {}
+
+Eigen::Vector2d FoundPath::at(double s_mm) const {
   const auto found = [this](int line) -> Eigen::Vector2d {
-    const CorrespondenceLine& of = lines_[static_cast<std::size_t>(line)];
+    const CorrespondenceLine& of = lines[static_cast<std::size_t>(line)];
     return of.base_px + of.offset_px * of.normal;
   };
   const double place =
-      std::clamp(s_mm / layout_.spacing_mm, -1e3, static_cast<double>(layout_.count - 1) - 1e-6);
+      std::clamp(s_mm / layout.spacing_mm, -1e3, static_cast<double>(layout.count - 1) - 1e-6);
   if (place < 0) {
     return found(0) + place / kTipDirection * (found(kTipDirection) - found(0));
   }
@@ -34,30 +38,30 @@ Eigen::Vector2d TubeViews::found_px(double s_mm) const {
 
 // How much darker than beside it the tube is along itself (brighter, where tubes are bright). False where not
 // all of that is in view, or the tube points at the source.
-bool TubeViews::read_darkness(const ImageMeasurement& image) {
-  if (marks_.until_mm() + 1 > layout_.s_mm(layout_.count - 1)) {
+bool TubeMarks::read_darkness(const ImageMeasurement& image, const FoundPath& path) {
+  const LineLayout& layout = path.layout;
+  if (search_.until_mm() + 1 > layout.s_mm(layout.count - 1)) {
     return false;  // no shaft behind the marks to take the noise from
   }
-  const int last =
-      std::min(static_cast<int>((marks_.until_mm() + 1) / layout_.spacing_mm) + 2, layout_.count);
+  const int last = std::min(static_cast<int>((search_.until_mm() + 1) / layout.spacing_mm) + 2, layout.count);
   for (int i = 0; i < last; ++i) {
-    if (!lines_[static_cast<std::size_t>(i)].in_view) {
+    if (!path.lines[static_cast<std::size_t>(i)].in_view) {
       return false;
     }
   }
-  if ((found_px(0) - found_px(marks_.marks_mm().back())).norm() <
-      kShortest_px_per_mm * marks_.marks_mm().back()) {
+  if ((path.at(0) - path.at(search_.marks_mm().back())).norm() <
+      kShortest_px_per_mm * search_.marks_mm().back()) {
     return false;
   }
   const float sign = image.polarity == RidgePolarity::kDark ? 1.0F : -1.0F;
   for (std::size_t k = 0; k < darkness_.size(); ++k) {
-    const double s_mm = marks_.from_mm() + MarkSearch::kStep_mm * static_cast<double>(k);
-    const Eigen::Vector2d p_px = found_px(s_mm);
-    const Eigen::Vector2d along = found_px(s_mm + 1) - found_px(s_mm - 1);
+    const double s_mm = search_.from_mm() + MarkSearch::kStep_mm * static_cast<double>(k);
+    const Eigen::Vector2d p_px = path.at(s_mm);
+    const Eigen::Vector2d along = path.at(s_mm + 1) - path.at(s_mm - 1);
     const Eigen::Vector2d normal = Eigen::Vector2d(-along.y(), along.x()).normalized();
-    const double half_px =
-        lines_[static_cast<std::size_t>(std::clamp(static_cast<int>(s_mm / layout_.spacing_mm), 0, last - 1))]
-            .half_width_px;
+    const double half_px = path.lines[static_cast<std::size_t>(std::clamp(
+                                          static_cast<int>(s_mm / layout.spacing_mm), 0, last - 1))]
+                               .half_width_px;
     const auto grey = [&](double across_px) {
       return sample_map(image, image.grey, p_px + across_px * normal);
     };
@@ -69,30 +73,29 @@ bool TubeViews::read_darkness(const ImageMeasurement& image) {
   return true;
 }
 
-bool TubeViews::marks_are_missing() const {
-  return marks_asked_ > kMinAsked && marks_found_ < kMissing * marks_asked_;
-}
+bool TubeMarks::are_missing() const { return asked_ > kMinAsked && found_ < kMissing * asked_; }
 
-// Each mark that is where the pattern is says how far along itself the tube lies.
-void TubeViews::measure_marks(const ImageMeasurement& image, View& view) {
-  if (!marks_.can_find() || !read_darkness(image)) {
-    return;
+int TubeMarks::measure(const ImageMeasurement& image, const FoundPath& path, std::span<LineConstraint> room) {
+  if (!search_.can_find() || !read_darkness(image, path)) {
+    return 0;
   }
-  const auto found = marks_.find(darkness_);
-  marks_asked_ = kRemembered * marks_asked_ + 1;
-  marks_found_ = kRemembered * marks_found_ + (found ? 1 : 0);
+  const auto found = search_.find(darkness_);
+  asked_ = kRemembered * asked_ + 1;
+  found_ = kRemembered * found_ + (found ? 1 : 0);
   if (!found) {
-    return;
+    return 0;
   }
-  const auto count = static_cast<double>(marks_.marks_mm().size());
-  for (const double mark_mm : marks_.marks_mm()) {
+  int written = 0;
+  const auto count = static_cast<double>(search_.marks_mm().size());
+  for (const double mark_mm : search_.marks_mm()) {
     const double seen_mm = mark_mm + found->shift_mm;
-    const Eigen::Vector2d tipward = found_px(seen_mm - 1) - found_px(seen_mm + 1);
+    const Eigen::Vector2d tipward = path.at(seen_mm - 1) - path.at(seen_mm + 1);
     const double px_per_mm = tipward.norm() / 2;
     const double variance = squared(found->sigma_mm * px_per_mm) + squared(kSigmaMark_px);
-    view.measured[static_cast<std::size_t>(view.count++)] = {mark_mm, found_px(seen_mm), tipward.normalized(),
-                                                             count * variance};
+    room[static_cast<std::size_t>(written++)] = {mark_mm, path.at(seen_mm), tipward.normalized(),
+                                                 count * variance};
   }
+  return written;
 }
 
 }  // namespace tubed

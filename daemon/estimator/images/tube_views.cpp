@@ -18,8 +18,6 @@ namespace {
 constexpr int kMinLinesNotByChance = 40;
 constexpr double kMinFound = 0.5;          // share of the lines without which a round finds nothing
 constexpr double kMinSurprising = 0.78;    // share of the lines of a view that may surprise
-constexpr double kEndPiece_mm = 16;        // its last piece, that may be seen or missed
-constexpr int kMinTipLines = 4;            // in view, to say which
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
@@ -62,8 +60,7 @@ TubeViews::TubeViews(const EstimatorSettings& settings, const InstrumentDescript
     : settings_(settings),
       layout_(instrument.length_mm),
       radius_mm_(instrument.diameter_mm / 2),
-      marks_(instrument.marks_mm, instrument.mark_length_mm),
-      darkness_(marks_.samples()) {
+      marks_(instrument.marks_mm, instrument.mark_length_mm) {
   for (const CameraCalibration& calibration : room.cameras) {
     views_.push_back(View{Camera(calibration), make_image_likelihood(settings.image_likelihood)});
     areas_.emplace_back(calibration.width, calibration.height);
@@ -98,7 +95,7 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
     if (search.prediction != nullptr) {
       predict_lines(view.camera, spline, *search.prediction, layout_, lines_);
     }
-    in_view -= leave_out_before(search.from_mm);
+    in_view -= leave_out_before(search.from_mm, layout_, lines_);
     if (observation.on_demand[v] != nullptr) {
       filter_around_lines(*observation.on_demand[v], *image, areas_[v], search.reach_px);
     }
@@ -111,17 +108,6 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
     estimate.in_view_ratio = std::max(estimate.in_view_ratio, static_cast<float>(view.in_view_ratio));
   }
   return looked;
-}
-
-// How many of them were in view.
-int TubeViews::leave_out_before(double from_mm) {
-  int left_out = 0;
-  for (int i = 0; i < layout_.count && layout_.s_mm(i) < from_mm; ++i) {
-    CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
-    left_out += line.in_view ? 1 : 0;
-    line.in_view = false;
-  }
-  return left_out;
 }
 
 // The second Frangi of this image: what is going to be read and was not foreseen.
@@ -154,9 +140,11 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   }
   const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
-  view.misses_tip = misses_tip_here();
-  view.unseen_at_tip = unseen_here();
-  if (search.prediction != nullptr) view.surprise = surprise_here();
+  view.misses_tip = tubed::misses_tip(lines_, layout_);
+  view.unseen_at_tip = tubed::unseen_at_tip(lines_, layout_);
+  if (search.prediction != nullptr) {
+    view.surprise = greatest_surprise(lines_, layout_, settings_.sigma_image_px);
+  }
   if (view.inlier_ratio < kMinFound) {
     return;
   }
@@ -171,54 +159,13 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
     }
   }
   if (search.asks_marks) {
-    measure_marks(image, view);
+    const auto room = std::span(view.measured).subspan(static_cast<std::size_t>(view.count));
+    view.count += marks_.measure(image, {lines_, layout_}, room);
   }
   measure_end(image, view, outcome.ridge_height, search.tip_is_held);
 }
 
-std::optional<bool> TubeViews::misses_tip_here() const {
-  int asked = 0;
-  int agreeing = 0;
-  for (int i = 0; i < layout_.count && layout_.s_mm(i) < kEndPiece_mm; ++i) {
-    const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
-    asked += line.in_view ? 1 : 0;
-    agreeing += line.in_view && line.agrees ? 1 : 0;
-  }
-  return asked < kMinTipLines ? std::nullopt : std::optional(2 * agreeing < asked);
-}
-
-int TubeViews::unseen_here() const {
-  int unseen = 0;
-  for (int i = 0; i < layout_.count && layout_.s_mm(i) < kTip_mm; ++i) {
-    const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
-    unseen += line.in_view && !line.agrees ? 1 : 0;
-  }
-  return unseen;
-}
-
-TubeViews::Surprise TubeViews::surprise_here() const {
-  constexpr int kStretch = 10;     // lines
-  constexpr int kMinAgreeing = 7;  // of them
-  Surprise greatest;
-  for (int first = 0; first + kStretch <= layout_.count; ++first) {
-    int agreeing = 0;
-    double seen_px2 = 0;
-    double expected_px2 = 0;
-    for (int i = first; i < first + kStretch; ++i) {
-      const CorrespondenceLine& line = lines_[static_cast<std::size_t>(i)];
-      if (!line.in_view || !line.agrees || !(line.expected_variance_px2 > 0)) continue;
-      ++agreeing;
-      seen_px2 += squared(line.offset_px - line.expected_px);
-      expected_px2 += line.expected_variance_px2 + line.variance_px2 + squared(settings_.sigma_image_px);
-    }
-    if (agreeing >= kMinAgreeing && seen_px2 > greatest.chi2 * expected_px2) {
-      greatest = {seen_px2 / expected_px2, layout_.s_mm(first + kStretch / 2)};
-    }
-  }
-  return greatest;
-}
-
-TubeViews::Surprise TubeViews::surprise(MonotonicTime instant) const {
+Surprise TubeViews::surprise(MonotonicTime instant) const {
   Surprise greatest;
   for (const View& view : views_) {
     const bool is_shown = view.exposure == instant && view.inlier_ratio >= kMinSurprising;
@@ -356,7 +303,7 @@ void TubeViews::forget_lines() {
 
 void TubeViews::forget() {
   forget_lines();
-  marks_asked_ = marks_found_ = 0;
+  marks_.forget();
   for (View& view : views_) {
     view.likelihood->forget();
   }

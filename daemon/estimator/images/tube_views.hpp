@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/images/line_verdicts.hpp"
+#include "daemon/estimator/images/tube_marks.hpp"
 #include "daemon/estimator/tube_map.hpp"
 #include "daemon/image/image_likelihood.hpp"
-#include "daemon/image/mark_search.hpp"
 #include "daemon/image/predicted_lines.hpp"
 #include "daemon/image/projected_lines.hpp"
 #include "daemon/image/seen_tube.hpp"
@@ -79,18 +80,12 @@ class TubeViews {
   /// its last piece disagree, in every view that has enough of them?
   [[nodiscard]] bool misses_tip(MonotonicTime instant) const;
 
-  /// A stretch of the tube that lies beside where it was predicted.
-  struct Surprise {
-    double chi2 = 0;  ///< mean square of its lines' offsets over what prediction and lines expect of them
-    double s_mm = 0;  ///< its middle, from the tip
-  };
   /// The greatest one in the images of that instant, of stretches of 20 mm that the image shows.
   [[nodiscard]] Surprise surprise(MonotonicTime instant) const;
 
-  /// How many lines of the last kTip_mm of the tube the images of that instant were asked and did not show a
+  /// How many lines of the last 32 mm of the tube the images of that instant were asked and did not show a
   /// tube at, in the view that showed most of them.
   [[nodiscard]] int unseen_at_tip(MonotonicTime instant) const;
-  static constexpr double kTip_mm = 32;
 
   /// How far beyond the lines' reach an image is read around the tip.
   static constexpr double kBeyondTip_px = 22;
@@ -101,7 +96,7 @@ class TubeViews {
 
   /// The instrument has marks, and hardly any of the last images in which they would have to lie shows their
   /// pattern.
-  [[nodiscard]] bool marks_are_missing() const;
+  [[nodiscard]] bool marks_are_missing() const { return marks_.are_missing(); }
 
   /// From where that image of this camera was taken; nothing when none takes part.
   [[nodiscard]] std::optional<ViewUsed> used(std::size_t view, const Observation& observation) const;
@@ -122,9 +117,6 @@ class TubeViews {
   void forget();
 
  private:
-  static constexpr double kShortest_px_per_mm = 0.2;  ///< below, a piece of tube lies along the rays
-  static constexpr int kTipDirection = 3;             ///< lines over which the tip's direction is taken
-
   /// All lines, the marks, and the end.
   using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + kMaxMarks + 1>;
 
@@ -147,16 +139,9 @@ class TubeViews {
   };
 
   [[nodiscard]] static bool takes_part(const View& view, const Observation& observation);
-  [[nodiscard]] std::optional<bool> misses_tip_here() const;
-  [[nodiscard]] int unseen_here() const;
-  [[nodiscard]] Surprise surprise_here() const;
-  int leave_out_before(double from_mm);
   void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
   int leave_out_unreadable(const ImageMeasurement& image, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);
-  [[nodiscard]] Eigen::Vector2d found_px(double s_mm) const;
-  bool read_darkness(const ImageMeasurement& image);
-  void measure_marks(const ImageMeasurement& image, View& view);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 
   EstimatorSettings settings_;
@@ -166,10 +151,7 @@ class TubeViews {
   LineLayout layout_;
   std::vector<ImageArea> areas_;  ///< scratch, one a view
   double radius_mm_;
-  MarkSearch marks_;
-  std::vector<float> darkness_;  ///< along the tube, for marks_
-  double marks_asked_ = 0;       ///< images in which they would have to lie; older ones count less
-  double marks_found_ = 0;       ///< of these
+  TubeMarks marks_;
 };
 
 }  // namespace tubed

@@ -59,8 +59,8 @@ PaperEstimator::PaperEstimator(const EstimatorSettings& settings, const Instrume
 void PaperEstimator::reset() noexcept {
   for (PaperImageMle& search : searches_) search.forget();
   lost_tube_.forget();
-  has_shape_ = false;
-  newest_image_ = MonotonicTime{};
+  published_.time.reset();
+  seen_.exposure = MonotonicTime{};
 }
 
 void PaperEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
@@ -75,21 +75,21 @@ void PaperEstimator::update(const Observation& observation, TubeEstimate& estima
     try {
       if (solve(observation, coils, estimate)) {
         keep();
-        has_shape_ = true;
-        shape_time_ = observation.is_image_instant ? observation.instant : frame->measured;
+        published_.time = observation.is_image_instant ? observation.instant : frame->measured;
       }
     } catch (const std::exception&) {
       shape_.converged = false;  // out of memory: the last shape stays, and is said to be none of now
     }
   }
   // No covariance: what single cubics between coils cannot follow is in none that Eq. (14) and (18) give.
-  const FoundShape found{&spline_, has_shape_ ? &C_ : nullptr, nullptr, shape_time_};
+  const FoundShape found{&spline_, published_.time ? &published_.C : nullptr, nullptr,
+                         published_.time.value_or(MonotonicTime{})};
   write_shape(found, instrument_, estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, found, estimate);
   write_held_by_coils(coils, estimate);
   write_held_by_image(estimate);
-  write_measurements(frame, newest_image_, estimate);
+  write_measurements(frame, seen_.exposure, estimate);
   judge(observation, coils, {true, registered_, shape_.converged, lost_tube_.standing(observation, images_)},
         estimate);
 }
@@ -142,9 +142,9 @@ ImageVerdict PaperEstimator::fuse(const ImageMeasurement& image, std::size_t cam
   }
   shape_ = std::move(fused);
   estimate.has_image = true;
-  newest_image_ = image.exposure;
-  seen_by_ = camera;
-  own_pose_ = image.brought_geometry ? std::optional(image.geometry->sigma) : std::nullopt;
+  seen_.exposure = image.exposure;
+  seen_.camera = camera;
+  seen_.own_pose = image.brought_geometry ? std::optional(image.geometry->sigma) : std::nullopt;
   if (outcome.agreeing_ratio >= kTrustedAgreeing) searches_[camera].adapt(image, shape_.K);
   return ImageVerdict::kShowsTube;
 }
@@ -185,9 +185,10 @@ void PaperEstimator::write_held_by_image(TubeEstimate& estimate) const {
     return;
   }
   estimate.views[estimate.view_count++] =
-      used_view(seen_by_, cameras_[seen_by_].calibration(), newest_image_, own_pose_ ? &*own_pose_ : nullptr);
+      used_view(seen_.camera, cameras_[seen_.camera].calibration(), seen_.exposure,
+                seen_.own_pose ? &*seen_.own_pose : nullptr);
   for (std::size_t i = 0; i < estimate.point_count; ++i) {
-    if (searches_[seen_by_].seen().at(place_of_point_mm(i, estimate))) {
+    if (searches_[seen_.camera].seen().at(place_of_point_mm(i, estimate))) {
       estimate.points[i].held_by |= kHeldByImage;
     }
   }
@@ -196,7 +197,7 @@ void PaperEstimator::write_held_by_image(TubeEstimate& estimate) const {
 // From knot points to the coefficients that are published: least squares over samples every millimetre.
 void PaperEstimator::keep() {
   const Eigen::Matrix3Xd samples_mm = shape_.K * samples_.transpose();
-  C_ = fit_.solve(samples_mm.transpose()).transpose();
+  published_.C = fit_.solve(samples_mm.transpose()).transpose();
 }
 
 }  // namespace tubed

@@ -32,6 +32,17 @@ class PaperEstimator final : public Estimator {
     bool converged = false;
   };
 
+  struct Published {
+    Eigen::Matrix3Xd C;                   ///< coefficients, mm, world
+    std::optional<MonotonicTime> time{};  ///< nothing: there is no shape yet
+  };
+  /// The image that took part last.
+  struct Seen {
+    MonotonicTime exposure{};
+    std::optional<PoseSigma> own_pose{};  ///< that came with it
+    std::size_t camera = 0;
+  };
+
   bool solve(const Observation& observation, const CoilObservations& coils, TubeEstimate& estimate);
   ImageVerdict fuse(const ImageMeasurement& image, std::size_t camera, const CoilObservations& coils,
                     const PaperEmShape& em, TubeEstimate& estimate);
@@ -51,14 +62,10 @@ class PaperEstimator final : public Estimator {
   UniformCubicBSpline spline_;           ///< what is published
   LeastSquares fit_;
   Shape shape_;
-  Eigen::Matrix3Xd C_;  ///< published coefficients
-  bool has_shape_ = false;
+  Published published_;
   ImageVerdict images_ = ImageVerdict::kNone;
   LostTube lost_tube_;
-  MonotonicTime shape_time_{};
-  MonotonicTime newest_image_{};
-  std::optional<PoseSigma> own_pose_{};  ///< that came with that image
-  std::size_t seen_by_ = 0;              ///< index of the camera whose image took part last
+  Seen seen_;
 };
 
 }  // namespace tubed

@@ -149,12 +149,12 @@ bool EmReference::repeats(const EmFrame& frame) {
   bool is_repeated = true;
   for (std::size_t i = 0; i < description_->sensors.size(); ++i) {
     const CoilSample& sample = frame.coils[static_cast<std::size_t>(description_->sensors[i] - 1)];
-    is_repeated = is_repeated && is_same(sample, repeated_[i]);
-    repeated_[i] = sample;
+    is_repeated = is_repeated && is_same(sample, repetition_.samples[i]);
+    repetition_.samples[i] = sample;
   }
-  repeats_ = is_repeated ? repeats_ + 1 : 0;
-  repeated_since_ = is_repeated ? repeated_since_ : frame.measured;
-  return repeats_ >= kMinRepeats && frame.measured - repeated_since_ >= kStuck;
+  repetition_.count = is_repeated ? repetition_.count + 1 : 0;
+  repetition_.since = is_repeated ? repetition_.since : frame.measured;
+  return repetition_.count >= kMinRepeats && frame.measured - repetition_.since >= kStuck;
 }
 
 // The beginning and the end of an absence are confirmed as a jump is.
@@ -182,9 +182,7 @@ EmReference::Fault EmReference::follow(const SensorPose& pose, const EmFrame& fr
 
 void EmReference::jump(const SensorPose& pose, const EmFrame& frame) {
   const PoseError difference = filter_.innovation(pose);
-  jumped_ = frame.measured;
-  jump_mm_ = difference.tail<3>().norm();
-  jump_deg_ = difference.head<3>().norm() / kDegree;
+  jump_ = Jump{frame.measured, difference.tail<3>().norm(), difference.head<3>().norm() / kDegree};
   const RigidTransform T_before = T_registered_em(filter_.pose());
   const RigidTransform T_after = T_registered_em(pose.T_em_body);
   if (!coils_stayed(frame, T_after)) {
@@ -247,7 +245,7 @@ ReferenceDoubt EmReference::doubt(MonotonicTime now) const {
   if (is_lost(now)) {
     return ReferenceDoubt::kLost;
   }
-  const bool has_jumped = jumped_ && now - *jumped_ < kJumpIsTold;
+  const bool has_jumped = jump_ && now - jump_->time < kJumpIsTold;
   const bool is_doubtful = fault_ != Fault::kNone || slip_ || has_jumped || is_behind(filter_, *description_);
   return is_doubtful ? ReferenceDoubt::kDoubtful : ReferenceDoubt::kNone;
 }
@@ -293,14 +291,14 @@ void EmReference::describe(MonotonicTime now, std::span<char> words) const {
   if (is_lost(now)) {
     return say("was not seen since the tracker sent its last measurement");
   }
-  if (fault_ == Fault::kJump || !jumped_) {
+  if (fault_ == Fault::kJump || !jump_) {
     return say("moves or jumps: the field generator or the patient is being moved");
   }
   std::snprintf(words.data(), words.size(),
                 "the patient's reference, %s, has jumped by %.1f mm and %.1f deg: the field generator was "
                 "moved; or the "
                 "patient, and then the cameras' poses are no longer right",
-                who.data(), jump_mm_, jump_deg_);
+                who.data(), jump_->shift_mm, jump_->turn_deg);
 }
 
 }  // namespace tubed

@@ -74,6 +74,17 @@ class EmReference {
     Fault fault = Fault::kMissing;
     SensorPose pose;
   };
+  /// The reference's own samples, since when they are the same, and how often they were so.
+  struct Repetition {
+    std::array<CoilSample, 2> samples;
+    MonotonicTime since{};
+    int count = 0;
+  };
+  struct Jump {
+    MonotonicTime time{};
+    double shift_mm = 0;
+    double turn_deg = 0;
+  };
   struct Candidate {
     SensorPose pose;
     MonotonicTime time{};
@@ -101,13 +112,9 @@ class EmReference {
   bool begun_ = false;
   bool has_measured_ = false;
   MonotonicTime newest_good_{};
-  EmFrame good_;                        ///< the newest measurement that had the reference
-  std::array<CoilSample, 2> repeated_;  ///< the reference's own samples, and since when they are the same
-  MonotonicTime repeated_since_{};
-  int repeats_ = 0;
-  std::optional<MonotonicTime> jumped_;
-  double jump_mm_ = 0;
-  double jump_deg_ = 0;
+  EmFrame good_;  ///< the newest measurement that had the reference
+  Repetition repetition_;
+  std::optional<Jump> jump_;
   std::optional<RigidTransform> slip_;  ///< where the reference is, against where it would be had it stayed
 };
 

@@ -44,16 +44,16 @@ void ViewRelocaliser::forget() {
 
 void ViewRelocaliser::reset() {
   forget();
-  seen_ = resumed_ = shape_of_ = MonotonicTime{};
+  times_ = {};
 }
 
 void ViewRelocaliser::note_image(MonotonicTime exposure) {
-  if (seconds_between(seen_, exposure) > kUnseen_s) {
-    resumed_ = exposure;
+  if (seconds_between(times_.image, exposure) > kUnseen_s) {
+    times_.resumed = exposure;
     move_.was_unseen = move_.was_unseen || (state_ == State::kLost && !move_.has_settled);
     if (!search_.is_running()) search_.forget();  // the catheter may be in the picture again
   }
-  seen_ = exposure;
+  times_.image = exposure;
 }
 
 void ViewRelocaliser::begin(const MovedImage& moved) {
@@ -64,7 +64,7 @@ void ViewRelocaliser::begin(const MovedImage& moved) {
   }
   // A second move while the first is open: what is looked for is the sum of both.
   const ViewPose before = is_still_lost ? before_ : pose_;
-  lose((is_still_lost && move_.was_unseen) || seconds_between(resumed_, exposure) < kUntilNoticed_s);
+  lose((is_still_lost && move_.was_unseen) || seconds_between(times_.resumed, exposure) < kUntilNoticed_s);
   before_ = before;
   move_.number = moved.moves;
   move_.has_settled = false;
@@ -99,7 +99,7 @@ void ViewRelocaliser::observe(const MovedImage& moved, const TubeEstimate& shape
   if (moved.has_settled && !move_.has_settled) settle(moved);
   if (!move_.has_settled) hypotheses_.move_on(dt_s, seconds_between(move_.since, move_.last));
   if (!matcher_.take_shape(shape)) return;
-  shape_of_ = exposure;
+  times_.shape = exposure;
   hypotheses_.correct(matcher_, moved, move_.has_settled);
   choose(exposure);
   const bool is_astray = move_.has_settled && !move_.is_told && !hypotheses_.have_tube();
@@ -130,7 +130,7 @@ bool ViewRelocaliser::is_known_well() const {
 }
 
 void ViewRelocaliser::look_further(const MovedImage& moved) {
-  if (state_ != State::kLost || !search_.is_running() || shape_of_ != moved.image->exposure) return;
+  if (state_ != State::kLost || !search_.is_running() || times_.shape != moved.image->exposure) return;
   for (int i = 0; i < kStartsAnImage && !search_.is_over(); ++i) {
     const TurnSearch::Start start = search_.next();
     search_.add(start.move, matcher_.match(moved, start.pose, 1, start.expected));

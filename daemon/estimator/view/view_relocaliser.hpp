@@ -84,6 +84,12 @@ class ViewRelocaliser {
     bool was_unseen = false;   ///< what images show of it is not all
   };
 
+  struct Times {
+    MonotonicTime shape{};    ///< instant of the newest one that observe() took
+    MonotonicTime image{};    ///< the newest one
+    MonotonicTime resumed{};  ///< the first image after a while without
+  };
+
   void begin(const MovedImage& moved);
   void lose(bool was_unseen);
   void settle(const MovedImage& moved);
@@ -101,11 +107,9 @@ class ViewRelocaliser {
   PoseInUse use_;
   State state_ = State::kGiven;
   Move move_;
-  ViewPose before_;           ///< the pose before that, or that was given up
-  ViewPose pose_;             ///< of the likeliest one, against the coils as registered
-  MonotonicTime shape_of_{};  ///< instant of the newest shape that observe() took
-  MonotonicTime seen_{};      ///< the newest image
-  MonotonicTime resumed_{};   ///< the first one after a while without
+  ViewPose before_;  ///< the pose before that, or that was given up
+  ViewPose pose_;    ///< of the likeliest one, against the coils as registered
+  Times times_;
   Eigen::Matrix3Xd here_mm_;  ///< where the tube is while the pose is refined
   double sigma_across_mm_ = 0;
 };

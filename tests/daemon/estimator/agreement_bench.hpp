@@ -47,7 +47,7 @@ class AgreementBench {
     for (const CameraCalibration& camera : room_.cameras) {
       cameras_.emplace_back(camera);
     }
-    C_ = Eigen::Matrix3Xd::Zero(3, map_.column_count());
+    C_ = Eigen::Matrix3Xd::Zero(3, map_.columns().count());
     const CoilObservations coils = observed(as_it_is, 0);
     bool converged = false;
     map_.solve_linear(coils, C_);

@@ -22,7 +22,7 @@ class Confirmed {
     const EmFrame frame = measure_coils(seen, from_ns(1), 0, 1);
     const CoilObservations coils =
         observe_coils(&frame, *history, seen.instruments.front(), seen.T_world_em, 150'000'000);
-    C_ = Eigen::Matrix3Xd::Zero(3, map_.column_count());
+    C_ = Eigen::Matrix3Xd::Zero(3, map_.columns().count());
     bool converged = false;
     map_.solve_linear(coils, C_);
     map_.refine(coils, {}, nullptr, 20, C_, converged);

@@ -27,7 +27,7 @@ CoilInnovations with_chi_squared(const std::vector<double>& each) {
 TEST(CoilInnovations, AreOfTheUsedCoilsWithNoiseAndWhatTheyShare) {
   const RoomDescription room = one_view_room();
   const TubeMap map(EstimatorSettings{}, 380, 5, 1);
-  TubeGaussian tube(map.column_count());
+  TubeGaussian tube(map.columns().count());
   std::srand(3);
   const Eigen::MatrixXd A = Eigen::MatrixXd::Random(tube.P.rows(), tube.P.rows());
   tube.P = A * A.transpose();
@@ -52,7 +52,7 @@ TEST(CoilInnovations, AreOfTheUsedCoilsWithNoiseAndWhatTheyShare) {
       H.block<3, 3>(3 * k, 3 * (basis.first + a)) =
           basis.value[static_cast<std::size_t>(a)] * Eigen::Matrix3d::Identity();
     }
-    H.block<3, 3>(3 * k, 3 * map.position_error_column(coil)).setIdentity();
+    H.block<3, 3>(3 * k, 3 * map.columns().position_error(coil)).setIdentity();
     const Eigen::Vector3d off = observed.p_world_mm - H.middleRows<3>(3 * k) * tube.C.reshaped();
     EXPECT_LT((all.innovation_mm.segment<3>(3 * k) - off).norm(), 1e-9);
   }

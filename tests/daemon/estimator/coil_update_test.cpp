@@ -14,7 +14,7 @@ namespace {
 struct UpdateBench {
   UpdateBench() : map(EstimatorSettings{}, 380, 5, 1) {
     const Eigen::Index n = map.spline().coefficient_count();
-    C = Eigen::Matrix3Xd::Zero(3, map.column_count());
+    C = Eigen::Matrix3Xd::Zero(3, map.columns().count());
     for (Eigen::Index i = 0; i < n; ++i) {
       C.col(i) =
           arc_point(static_cast<double>(i - 1) * map.spline().spacing_mm()) + Eigen::Vector3d(1, -2, 3);
@@ -47,7 +47,7 @@ TEST(CoilUpdate, IsTheOneOfTheNormalEquations) {
   ASSERT_TRUE(bench.map.condense(bench.coils, {}, prior, bench.C, mean));
   const Eigen::MatrixXd covariance = bench.map.coefficient_covariance();
 
-  CoilUpdate update(5, bench.map.column_count());
+  CoilUpdate update(5, bench.map.columns().count());
   Eigen::Matrix3Xd C = bench.C;
   ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, C, bench.m, bench.P));
 
@@ -74,7 +74,7 @@ TEST(CoilUpdate, AMeanThatIsSqueezedAtACoilIsOpened) {
   bench.m = bench.C;
   bench.P.setIdentity();
   bench.P *= 25;
-  CoilUpdate update(5, bench.map.column_count());
+  CoilUpdate update(5, bench.map.columns().count());
   for (int measurement = 0; measurement < 5; ++measurement) {
     ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
   }
@@ -110,7 +110,7 @@ TEST(CoilUpdate, ADirectionThatIsAsGoodAsUndefinedLeavesTheShapeOpen) {
   bench.m = bench.C;
   bench.P.setIdentity();
   bench.P *= 100;
-  CoilUpdate update(5, bench.map.column_count());
+  CoilUpdate update(5, bench.map.columns().count());
   ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
   EXPECT_GT(variance_of_derivative(bench, s_mm, side), 0.05);
 }
@@ -121,7 +121,7 @@ TEST(CoilUpdate, WithoutACoilChangesNothing) {
     coil.state = CoilState::kMissing;
   }
   const Eigen::MatrixXd before = bench.P;
-  CoilUpdate update(5, bench.map.column_count());
+  CoilUpdate update(5, bench.map.columns().count());
   ASSERT_TRUE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
   EXPECT_EQ((bench.P - before).cwiseAbs().maxCoeff(), 0);
   EXPECT_EQ(update.pull().expected, 0);
@@ -130,7 +130,7 @@ TEST(CoilUpdate, WithoutACoilChangesNothing) {
 TEST(CoilUpdate, ACovarianceThatIsNoneIsRefused) {
   UpdateBench bench;
   bench.P.diagonal().setConstant(-1e6);
-  CoilUpdate update(5, bench.map.column_count());
+  CoilUpdate update(5, bench.map.columns().count());
   EXPECT_FALSE(update.apply(bench.coils, bench.map, 1.5, 0.02, bench.C, bench.m, bench.P));
 }
 

@@ -26,7 +26,7 @@ struct AgingErrors {
   }
   void age(double dt_s) { errors.age(dt_s, instrument, map, tube, scratch); }
 
-  [[nodiscard]] Eigen::Index first() const { return 3 * Eigen::Index{map.position_error_column(0)}; }
+  [[nodiscard]] Eigen::Index first() const { return 3 * Eigen::Index{map.columns().position_error(0)}; }
   auto covariance() { return tube.P.block(first(), first(), kSize, kSize); }
   Eigen::Map<Eigen::VectorXd> mean() { return {tube.m.data() + first(), kSize}; }
   [[nodiscard]] double prior_variance() const { return errors.position_mm() * errors.position_mm(); }
@@ -34,7 +34,7 @@ struct AgingErrors {
   InstrumentDescription instrument = one_view_room().instruments.front();
   EstimatorSettings settings;
   TubeMap map{settings, 380, kCoils, 1};
-  TubeGaussian tube{map.column_count()};
+  TubeGaussian tube{map.columns().count()};
   LastingCoilErrors errors{settings};
   Eigen::MatrixXd scratch = tube.P;
 };

@@ -1,0 +1,37 @@
+// What an image line says to a solver.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "idl/geometry/camera.hpp"
+
+namespace tubed {
+
+/// An image line as a residual: the projected point at s has to lie on the line through `target_px` normal to
+/// `normal`, within `variance_px2`.
+struct LineConstraint {
+  double s_mm = 0;
+  Eigen::Vector2d target_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d normal = Eigen::Vector2d::UnitX();
+  double variance_px2 = 1;
+};
+
+/// Line constraints of one camera; a view into memory of the caller.
+struct ViewConstraints {
+  const Camera* camera = nullptr;
+  const LineConstraint* lines = nullptr;
+  int count = 0;
+  PoseSigma pose_sigma{};  ///< of the camera: an error that all its lines share
+
+  static constexpr double kNearest_mm = 5;
+  /// Is a line within kNearest_mm of the place s along the tube?
+  [[nodiscard]] bool shows(double s_mm) const {
+    return std::any_of(lines, lines + count, [s_mm](const LineConstraint& line) {
+      return std::abs(line.s_mm - s_mm) <= kNearest_mm;
+    });
+  }
+};
+
+}  // namespace tubed
