@@ -74,7 +74,24 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
   return doubtful;
 }
 
+constexpr double kLostMemory_s = 3;  // of which images showed the tube
+constexpr double kMostlyLost = 0.7;
+
 }  // namespace
+
+// An image that shows the tube for once, where most before it did not, may show something else there.
+ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict images) {
+  if (observation.is_image_instant && images != ImageVerdict::kNone) {
+    const bool lost_now = images == ImageVerdict::kLost;
+    const double dt_s =
+        to_ns(judged_) == 0 ? 0 : std::max(seconds_between(judged_, observation.instant), 0.0);
+    const double kept = std::exp(-dt_s / kLostMemory_s);
+    lost_share_ = kept * lost_share_ + (1 - kept) * (lost_now ? 1 : 0);
+    judged_ = std::max(judged_, observation.instant);
+    is_lost_ = lost_now || lost_share_ > kMostlyLost;
+  }
+  return is_lost_ ? ImageVerdict::kLost : images;
+}
 
 void begin_report(const Observation& observation, TubeEstimate& estimate) {
   estimate.reasons = Reasons{};

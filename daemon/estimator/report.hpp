@@ -43,16 +43,13 @@ struct Findings {
 class LostTube {
  public:
   /// The verdict on the shape of this observation; `images` is what the images of its instant alone say.
-  ImageVerdict standing(const Observation& observation, ImageVerdict images) {
-    if (observation.is_image_instant && images != ImageVerdict::kNone) {
-      is_lost_ = images == ImageVerdict::kLost;
-    }
-    return is_lost_ ? ImageVerdict::kLost : images;
-  }
-  void forget() { is_lost_ = false; }
+  ImageVerdict standing(const Observation& observation, ImageVerdict images);
+  void forget() { *this = LostTube{}; }
 
  private:
   bool is_lost_ = false;
+  MonotonicTime judged_{};  ///< the newest image with a verdict
+  double lost_share_ = 0;   ///< of the images before and with it, older ones count less
 };
 
 /// Clears what each estimate begins with: reasons, image figures, iterations.

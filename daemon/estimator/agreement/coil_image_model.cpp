@@ -9,6 +9,8 @@ namespace tubed {
 namespace {
 
 constexpr double kShared_mm = 200;  // along the tube, over which coils share what they are off by
+constexpr double kMinVelocityOver_s = 0.2;
+constexpr double kVelocityOver_s = 1;
 constexpr double kMoved_mm = 0.85;  // between two images: two sigma of what is no motion, 0.3 mm an image
 
 // Lower triangular L with L L^T = covariance of what coils share, of unit variance.
@@ -61,17 +63,19 @@ void CoilImageModel::follow(const ConfirmedShape& shape) {
   }
 }
 
-// Of the tube at the coil; zero until it is known. A still tube's shape drifts after its coils' errors, in
-// the very direction in which they lie beside it: as if images came too late.
+// Of the tube at the coil, over the shortest time in which it has moved: over a longer one a tube that turns
+// back seems slow. Zero until it is known. A still tube's shape drifts after its coils' errors, in the very
+// direction in which they lie beside it: as if images came too late.
 Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
-  const Places& oldest = past_[kPlaces - 1];
-  const double dt_s = seconds_between(oldest.instant, past_[0].instant);
-  if (past_count_ < kPlaces || !(dt_s > 0) || dt_s > 1) {
-    return Eigen::Vector3d::Zero();
-  }
   const auto at = static_cast<std::size_t>(coil);
-  const Eigen::Vector3d moved_mm = past_[0].p_world_mm[at] - oldest.p_world_mm[at];
-  return moved_mm.norm() > kMoved_mm ? Eigen::Vector3d(moved_mm / dt_s) : Eigen::Vector3d::Zero();
+  for (int i = 1; i < past_count_; ++i) {
+    const Places& before = past_[static_cast<std::size_t>(i)];
+    const double age_s = seconds_between(before.instant, past_[0].instant);
+    if (!(age_s > 0) || age_s > kVelocityOver_s) break;
+    const Eigen::Vector3d moved_mm = past_[0].p_world_mm[at] - before.p_world_mm[at];
+    if (age_s >= kMinVelocityOver_s && moved_mm.norm() > kMoved_mm) return moved_mm / age_s;
+  }
+  return Eigen::Vector3d::Zero();
 }
 
 void CoilImageModel::add_registration(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& side, double weight,

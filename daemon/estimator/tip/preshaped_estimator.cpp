@@ -1,7 +1,6 @@
 #include "daemon/estimator/tip/preshaped_estimator.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "daemon/estimator/report.hpp"
@@ -80,12 +79,21 @@ void PreshapedEstimator::note_shape(const TubeEstimate& estimate) {
 }
 
 void PreshapedEstimator::add_error_of_making(const CoilObservations& coils, TubeEstimate& estimate) const {
-  constexpr std::array<std::size_t, 3> kDiagonal{0, 3, 5};  // of an upper triangle
+  const Eigen::Matrix3d unseen = tip_shape_.unseen_directions();
   for (std::size_t i = 0; i < estimate.point_count; ++i) {
-    const double sigma_mm = tip_shape_.sigma_of_making_mm(place_of_point_mm(i, estimate), coils);
-    if (sigma_mm == 0) return;  // nor behind it
-    for (const std::size_t axis : kDiagonal) {
-      estimate.points[i].covariance_mm2[axis] += static_cast<float>(squared(sigma_mm));
+    const double s_mm = place_of_point_mm(i, estimate);
+    const double making_mm = tip_shape_.sigma_of_making_mm(s_mm, coils);
+    const double unknown_mm = tip_shape_.sigma_of_unknown_tip_mm(s_mm, coils);
+    if (making_mm == 0 && unknown_mm == 0) return;  // nor behind it
+    CentrelinePoint& point = estimate.points[i];
+    const bool is_seen = (point.held_by & kHeldByImage) != 0;
+    const Eigen::Matrix3d all = Eigen::Matrix3d::Identity();
+    const Eigen::Matrix3d added = squared(making_mm) * all + squared(unknown_mm) * (is_seen ? unseen : all);
+    std::size_t at = 0;
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      for (Eigen::Index column = row; column < 3; ++column) {
+        point.covariance_mm2[at++] += static_cast<float>(added(row, column));
+      }
     }
   }
 }

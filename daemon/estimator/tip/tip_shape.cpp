@@ -34,7 +34,14 @@ constexpr double kStraightened = 0.55;   // of its curvature: nearly two of kSig
 constexpr double kBentFurther = 1.6;     // of its curvature: more than two of kSigmaOfOpening above
 constexpr double kNotStraight = 12;      // as for a hook that is adopted
 constexpr double kSigmaOfMaking = 0.15;  // of its curvature
+constexpr double kSigmaOfUnknownHook_per_mm = 0.04;  // of hooks of 6 to 30 mm
+constexpr double kMayBeHook = 0.2;  // a tip that nobody has described, before it is looked at
 constexpr double kSideKnownFor_s = 1.5;
+
+// By how much an arc of that length moves its end, as long as it is flat.
+double end_moved_mm(double curvature_per_mm, double length_mm) {
+  return std::min(curvature_per_mm * squared(length_mm) / 2, length_mm);
+}
 
 double longest_mm(const std::vector<RestHook>& hooks) {
   double longest = 0;
@@ -249,8 +256,33 @@ double TipShape::sigma_of_making_mm(double s_mm, const CoilObservations& coils) 
   const RestHook& hook = hooks_[*active_];
   const double length_mm = std::max(0.0, hook.length_mm() - s_mm);
   const double curvature_per_mm = hook.curve().whole_turn_rad() / hook.length_mm();
-  // For each unit of curvature an arc's end moves by half the square of its length, as long as it is flat.
-  return kSigmaOfMaking * std::min(curvature_per_mm * squared(length_mm) / 2, length_mm);
+  return kSigmaOfMaking * end_moved_mm(curvature_per_mm, length_mm);
+}
+
+double TipShape::sigma_of_unknown_tip_mm(double s_mm, const CoilObservations& coils) const {
+  // Of a tip that no coil is near MirrorTest says how far it may be elsewhere.
+  if (configured_ != RestShape::kUnknown || hooks_.empty() || !coils.hold_tip()) return 0;
+  // Before the first coil, or as far as the smallest hook goes.
+  const double loose_mm = std::min(coils.first_used_mm(), hooks_.front().length_mm()) - s_mm;
+  return end_moved_mm(unknown_curvature_per_mm(), std::max(0.0, loose_mm));
+}
+
+Eigen::Matrix3d TipShape::unseen_directions() const {
+  // What lines across the tube show of a tip that is taken for straight may be a hook from its side.
+  if (active_ || gain() > kDropped) return Eigen::Matrix3d::Identity();
+  if (is_seen_from_two_sides()) return Eigen::Matrix3d::Zero();
+  const auto newest = std::ranges::max_element(tip_seen_);
+  const Eigen::Vector3d& sight = sight_world_[static_cast<std::size_t>(newest - tip_seen_.begin())];
+  return sight * sight.transpose();
+}
+
+// Root mean square of what is not known of the tip's curvature beyond the first coil: of a hook that is in
+// use how it differs from its like, of a straight tip that it may be a hook.
+double TipShape::unknown_curvature_per_mm() const {
+  if (active_) return kSigmaOfUnknownHook_per_mm;
+  const bool is_asked = std::ranges::all_of(records_, [](const Record& record) { return record.asked > 1; });
+  const double p_hook = is_asked ? 1 / (1 + std::exp((kUndecided - gain()) / 2)) : kMayBeHook;
+  return std::sqrt(p_hook) / kGenericHooks.front().radius_mm;
 }
 
 TipDoubt TipShape::doubt(const CoilObservations& coils) const {

@@ -62,6 +62,14 @@ class TipShape {
   /// the hook in use is made; 0 where a coil holds it, and behind it.
   [[nodiscard]] double sigma_of_making_mm(double s_mm, const CoilObservations& coils) const;
 
+  /// The same of a tip that nobody has described, which may bend otherwise beyond the first coil than it is
+  /// taken to; 0 behind that. Where an image shows the point it holds along unseen_directions() alone.
+  [[nodiscard]] double sigma_of_unknown_tip_mm(double s_mm, const CoilObservations& coils) const;
+
+  /// Projects onto what the views that showed the tip leave open: the newest one's axis, or nothing where it
+  /// was seen from two sides. 3 x 3, world.
+  [[nodiscard]] Eigen::Matrix3d unseen_directions() const;
+
   /// The shape that was found with rest(), 3 x coefficients: how far its hook is open is kept.
   void note_shape(const Eigen::Matrix3Xd& C);
 
@@ -95,6 +103,7 @@ class TipShape {
   static void remember_round(Record& record);
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
   [[nodiscard]] bool is_undecided(const CoilObservations& coils) const;
+  [[nodiscard]] double unknown_curvature_per_mm() const;
   [[nodiscard]] bool is_in_first_round(const CoilObservations& coils) const;
   [[nodiscard]] bool is_seen_from_two_sides() const;
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 
@@ -150,6 +151,23 @@ TEST(CoilImageAgreement, LateImagesAreNamedWhereTheTubeMoves) {
   EXPECT_EQ(agreement.verdict().explanation, Discord::kClock);
   EXPECT_NEAR(agreement.verdict().clock_s, kLate_s, 0.04);
   EXPECT_NE(bench.words().find("too late"), std::string::npos) << bench.words();
+}
+
+// Over half a second its velocity is another one than now.
+TEST(CoilImageAgreement, LateImagesAreNamedWhereTheTubeTurnsBackAllTheTime) {
+  AgreementBench bench;
+  constexpr double kTurns_rad_s = 2 * std::numbers::pi / 3.4;
+  constexpr double kLate_s = 0.15;
+  bench.motion_mm = [](double t_s) {
+    const double way_mm = 12 * std::sin(kTurns_rad_s * t_s);
+    return Eigen::Vector3d(way_mm, way_mm / 2, 0);
+  };
+  const Mistake mistake = [&bench](const Eigen::Vector3d& p_mm, int, double t_s) -> Eigen::Vector3d {
+    return p_mm + bench.motion_mm(t_s + kLate_s) - bench.motion_mm(t_s);
+  };
+  const CoilImageAgreement& agreement = bench.watch(8, mistake);
+  EXPECT_EQ(agreement.verdict().explanation, Discord::kClock) << bench.words();
+  EXPECT_NEAR(agreement.verdict().clock_s, kLate_s, 0.04);
 }
 
 // The shape follows what the coils are off by, each time anew: its motion and their offset have one

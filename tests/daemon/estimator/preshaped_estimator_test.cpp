@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <string>
 
+#include "daemon/estimator/report.hpp"
 #include "tests/daemon/estimator/hooked_tube.hpp"
 
 namespace tubed {
@@ -131,16 +133,36 @@ TEST(PreshapedEstimator, AHookThatNobodyToldOfIsDoubtedOrNearEnough) {
   }
 }
 
-TEST(PreshapedEstimator, OfAStraightTipNothingChanges) {
+// The camera looks along z.
+TEST(PreshapedEstimator, OfAStraightTipThatImagesShowNothingChangesButItsDepth) {
   PreshapedBench straight({8, 0, 0}, 10, RestShape::kStraight);
   PreshapedBench unknown({8, 0, 0}, 10, RestShape::kUnknown);
   straight.measure_times(160);
   unknown.measure_times(160);
   for (std::size_t i = 0; i < straight.estimate->point_count; ++i) {
-    ASSERT_EQ(straight.estimate->points[i].p_world_mm, unknown.estimate->points[i].p_world_mm);
-    ASSERT_EQ(straight.estimate->points[i].covariance_mm2, unknown.estimate->points[i].covariance_mm2);
+    const CentrelinePoint& told = straight.estimate->points[i];
+    const CentrelinePoint& not_told = unknown.estimate->points[i];
+    ASSERT_EQ(told.p_world_mm, not_told.p_world_mm);
+    ASSERT_TRUE(std::equal(told.covariance_mm2.begin(), told.covariance_mm2.begin() + 5,
+                           not_told.covariance_mm2.begin()));
+    const bool is_before_the_coil = place_of_point_mm(i, *straight.estimate) < 10;
+    ASSERT_EQ(told.covariance_mm2[5] < not_told.covariance_mm2[5], is_before_the_coil) << "point " << i;
   }
   EXPECT_EQ(unknown.estimate->validity, Validity::kValid);
+}
+
+TEST(PreshapedEstimator, ATipThatNoImageShowsMayBendToAllSides) {
+  PreshapedBench straight({8, 0, 0}, 10, RestShape::kStraight);
+  PreshapedBench unknown({8, 0, 0}, 10, RestShape::kUnknown);
+  for (PreshapedBench* bench : {&straight, &unknown}) {
+    bench->with_images = false;
+    bench->measure_times(8);
+  }
+  for (const std::size_t axis : {0U, 3U, 5U}) {
+    const double told_mm2 = straight.estimate->points[0].covariance_mm2[axis];
+    // A hook of 8 mm with probability 0.2 over 10 mm.
+    EXPECT_NEAR(unknown.estimate->points[0].covariance_mm2[axis], told_mm2 + 2.795 * 2.795, 0.02);
+  }
 }
 
 TEST(PreshapedEstimator, WithoutACoilInTheHookOneViewIsDoubtedAndTwoAreNot) {

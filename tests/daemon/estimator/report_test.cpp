@@ -108,6 +108,52 @@ TEST(HeldByCoils, ATipThatMayBeElsewhereIsHeldByNone) {
   EXPECT_EQ(held.estimate->points[15].held_by, kHeldByCoil);
 }
 
+/// Images ten times a second, each with its verdict.
+struct SeenImages {
+  ImageVerdict see(ImageVerdict verdict, int times) {
+    ImageVerdict standing = ImageVerdict::kNone;
+    for (int i = 0; i < times; ++i) {
+      now += milliseconds(100);
+      Observation observation;
+      observation.instant = observation.now = now;
+      observation.is_image_instant = true;
+      standing = lost_tube.standing(observation, verdict);
+    }
+    return standing;
+  }
+  LostTube lost_tube;
+  MonotonicTime now = kStart;
+};
+
+TEST(LostTube, OneImageThatShowsItAfterASecondWithoutIsBelieved) {
+  SeenImages images;
+  images.see(ImageVerdict::kShowsTube, 50);
+  EXPECT_EQ(images.see(ImageVerdict::kLost, 10), ImageVerdict::kLost);
+  EXPECT_EQ(images.see(ImageVerdict::kShowsTube, 1), ImageVerdict::kShowsTube);
+}
+
+TEST(LostTube, WhereMostImagesDoNotShowItOneThatDoesIsNotBelieved) {
+  SeenImages images;
+  images.see(ImageVerdict::kShowsTube, 50);
+  images.see(ImageVerdict::kLost, 60);
+  EXPECT_EQ(images.see(ImageVerdict::kShowsTube, 5), ImageVerdict::kLost);
+  EXPECT_EQ(images.see(ImageVerdict::kLost, 1), ImageVerdict::kLost);
+  // exp(-t / 3 s) of what was lost has to sink below 0.7: after 1.1 s at most.
+  EXPECT_EQ(images.see(ImageVerdict::kShowsTube, 11), ImageVerdict::kShowsTube);
+  images.see(ImageVerdict::kLost, 60);
+  images.lost_tube.forget();
+  EXPECT_EQ(images.see(ImageVerdict::kShowsTube, 1), ImageVerdict::kShowsTube);
+}
+
+TEST(LostTube, ShapesBetweenImagesAndImagesThatSayNothingKeepTheVerdict) {
+  SeenImages images;
+  images.see(ImageVerdict::kLost, 1);
+  Observation tick;
+  tick.instant = tick.now = images.now + milliseconds(30);
+  EXPECT_EQ(images.lost_tube.standing(tick, ImageVerdict::kNone), ImageVerdict::kLost);
+  EXPECT_EQ(images.see(ImageVerdict::kNone, 30), ImageVerdict::kLost);
+}
+
 /// Of images the newest of which was used, or left out because the view has moved, that long ago.
 bool is_image_stale(milliseconds used_ago, milliseconds left_out_ago, bool geometry_changed) {
   const auto history = std::make_unique<EmHistory>();

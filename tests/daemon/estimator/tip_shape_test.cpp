@@ -8,47 +8,10 @@
 #include <memory>
 #include <string>
 
-#include "tests/daemon/estimator/hooked_tube.hpp"
+#include "tests/daemon/estimator/tip_bench.hpp"
 
 namespace tubed {
 namespace {
-
-/// Images and coils of one instant after another.
-struct TipBench {
-  explicit TipBench(HookedTube tube_, double first_coil_mm = 8, RestShape told = RestShape::kUnknown)
-      : tube(tube_), room(room_with_first_coil(first_coil_mm)) {
-    InstrumentDescription& instrument = room.instruments.front();
-    instrument.rest_shape = told;
-    instrument.hook_radius_mm = 8;
-    instrument.hook_length_mm = 14;
-    shape = std::make_unique<TipShape>(EstimatorSettings{}, instrument, room);
-  }
-
-  /// The next image, `later_s` after the one before it.
-  bool ask(double later_s = 0.6) {
-    now += std::chrono::nanoseconds(static_cast<std::int64_t>(later_s * 1e9));
-    const EmFrame frame = measure_hooked(tube, room, now, 0.5, 0.005, ++seed);
-    history->add(frame);
-    coils = observe_coils(&frame, *history, room.instruments.front(), room.T_world_em, 150'000'000);
-    image = tube.length_mm == 0 ? image_of_arc(room, now) : image_of_hooked(tube, room, now);
-    Observation observation;
-    observation.instant = observation.now = observation.newest_image = now;
-    observation.is_image_instant = true;
-    observation.em = history.get();
-    observation.images[0] = &image;
-    return shape->ask(observation, coils);
-  }
-  HookedTube tube;
-  RoomDescription room;
-  std::unique_ptr<TipShape> shape;
-  std::unique_ptr<EmHistory> history = std::make_unique<EmHistory>();
-  CoilObservations coils;
-  ImageMeasurement image;
-  MonotonicTime now = from_ns(10'000'000'000);
-  unsigned seed = 0;
-};
-
-constexpr HookedTube kStraight{8, 0, 0};
 
 /// Coefficients of a tube that is a circle of this radius in the plane x, y, all along.
 Eigen::Matrix3Xd circle_of(double radius_mm) {
@@ -77,7 +40,7 @@ TEST(TipShape, AHookThatNobodyToldOfIsFound) {
 
 TEST(TipShape, AStraightTipStaysStraight) {
   for (const double coil_mm : {5.0, 10.0, 15.0}) {
-    TipBench bench(kStraight, coil_mm);
+    TipBench bench(kStraightTube, coil_mm);
     for (int i = 0; i < 6; ++i) EXPECT_FALSE(bench.ask());
     EXPECT_EQ(bench.shape->rest(), nullptr);
     EXPECT_LT(bench.shape->gain(), 5);
@@ -99,7 +62,7 @@ TEST(TipShape, WhateverItsRollATightHookIsFound) {
 }
 
 TEST(TipShape, AThirdRoundThatSaysOtherwiseCountsForNothing) {
-  TipBench bench(kStraight, 4);
+  TipBench bench(kStraightTube, 4);
   for (int i = 0; i < 3; ++i) bench.ask();  // the first begins a round
   bench.tube = kTightHook;
   bench.ask();
@@ -112,7 +75,7 @@ TEST(TipShape, OneRoundAloneDecidesNothing) {
   for (int i = 0; i < 2; ++i) bench.ask();  // the first begins a round
   EXPECT_GT(bench.shape->gain(), 25);
   EXPECT_EQ(bench.shape->rest(), nullptr);
-  bench.tube = kStraight;  // as when the instant before was led astray
+  bench.tube = kStraightTube;  // as when the instant before was led astray
   bench.ask();
   EXPECT_LT(bench.shape->gain(), 8);
   EXPECT_EQ(bench.shape->rest(), nullptr);
@@ -128,7 +91,7 @@ TEST(TipShape, WhatTheNextImageDoesNotSayIsForgotten) {
   while (bench.shape->gain() == 0 && images < 12) bench.ask(0.1), ++images;
   TipBench again(kTightHook, 4);
   for (int i = 0; i + 2 < images; ++i) again.ask(0.1);
-  again.tube = kStraight;
+  again.tube = kStraightTube;
   for (int i = 0; i < 2; ++i) again.ask(0.1);
   EXPECT_GT(bench.shape->gain(), 25);
   EXPECT_LT(again.shape->gain(), 8);
@@ -151,10 +114,10 @@ TEST(TipShape, ATipThatNoCoilSeesIsDoubtedForLess) {
 }
 
 TEST(TipShape, UntilTheFirstRoundIsOverATipBeyondTheCoilsIsDoubted) {
-  TipBench bench(kStraight, 15);
+  TipBench bench(kStraightTube, 15);
   bench.ask(0.1);
   EXPECT_EQ(bench.shape->doubt(bench.coils), TipDoubt::kUndecided);
-  TipBench held(kStraight, 8);
+  TipBench held(kStraightTube, 8);
   held.ask(0.1);
   EXPECT_EQ(held.shape->doubt(held.coils), TipDoubt::kNone);
   for (int i = 0; i < 8; ++i) bench.ask(0.1);
@@ -165,7 +128,7 @@ TEST(TipShape, AHookThatIsGoneIsDropped) {
   TipBench bench(kHook, 6);
   for (int i = 0; i < 4; ++i) bench.ask();
   ASSERT_NE(bench.shape->rest(), nullptr);
-  bench.tube = kStraight;
+  bench.tube = kStraightTube;
   for (int i = 0; i < 30; ++i) bench.ask(2.1);
   EXPECT_EQ(bench.shape->rest(), nullptr);
 }
@@ -175,7 +138,7 @@ TEST(TipShape, AHookThatIsGoneIsDroppedWithinSeconds) {
   TipBench bench(kHook, 6);
   for (int i = 0; i < 4; ++i) bench.ask();
   ASSERT_NE(bench.shape->rest(), nullptr);
-  bench.tube = kStraight;
+  bench.tube = kStraightTube;
   int images = 0;
   while (bench.shape->rest() != nullptr && images < 40) bench.ask(), ++images;
   EXPECT_LT(0.6 * images, 10) << "seconds";
@@ -186,7 +149,7 @@ TEST(TipShape, AHookIsDroppedWhileItIsStillALittleTheBetter) {
   TipBench bench(kHook, 6);
   for (int i = 0; i < 4; ++i) bench.ask();
   ASSERT_NE(bench.shape->rest(), nullptr);
-  bench.tube = kStraight;
+  bench.tube = kStraightTube;
   for (int i = 0; i < 40 && bench.shape->rest() != nullptr; ++i) bench.ask();
   ASSERT_EQ(bench.shape->rest(), nullptr);
   EXPECT_GT(bench.shape->gain(), 0);
@@ -230,7 +193,7 @@ TEST(TipShape, OneViewOfAHookWithoutACoilInItIsDoubted) {
 }
 
 TEST(TipShape, AHookThatIsConfiguredAndNotThereIsTold) {
-  TipBench bench(kStraight, 8, RestShape::kHook);
+  TipBench bench(kStraightTube, 8, RestShape::kHook);
   ASSERT_NE(bench.shape->rest(), nullptr);
   for (int i = 0; i < 4; ++i) bench.ask();
   EXPECT_EQ(bench.shape->rest(), nullptr);
@@ -252,7 +215,7 @@ TEST(TipShape, AHookWhereAStraightTipIsConfiguredIsToldAndNotTaken) {
   EXPECT_NE(std::string(words.data()).find("a straight one is configured"), std::string::npos)
       << words.data();
 
-  TipBench straight(kStraight, 8, RestShape::kStraight);
+  TipBench straight(kStraightTube, 8, RestShape::kStraight);
   for (int i = 0; i < 6; ++i) straight.ask();
   EXPECT_EQ(straight.shape->doubt(straight.coils), TipDoubt::kNone);
 }
@@ -293,7 +256,7 @@ TEST(TipShape, SigmaOfAHookThatNoCoilHoldsGrowsTowardItsEnd) {
 }
 
 TEST(TipShape, ItIsAskedNowAndThen) {
-  TipBench bench(kStraight);
+  TipBench bench(kStraightTube);
   bench.ask();
   const double gain = bench.shape->gain();
   bench.ask(0.1);
