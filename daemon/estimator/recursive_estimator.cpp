@@ -272,8 +272,10 @@ void RecursiveEstimator::learn_from(const ImageUpdate::Outcome& outcome, const O
   const CoilNoise& noise = state_.errors.noise();
   state_.errors.scale().observe(coils, noise, outcome.lines, beginning_.map().spline(), C,
                                 outcome.interval_s);
-  agreement_.observe(coils, {observation.instant, beginning_.map().spline(), C, outcome.lines},
-                     noise.noise_position_mm(), noise.lasting_position_mm(settings_.sigma_position_mm));
+  agreement_.observe(
+      coils,
+      {observation.instant, beginning_.map().spline(), C, outcome.lines, StateMotion::speed_mm_s(state_)},
+      noise.noise_position_mm(), noise.lasting_position_mm(settings_.sigma_position_mm));
 }
 
 bool RecursiveEstimator::settle(Eigen::Matrix3Xd& C, TubeEstimate& estimate) {

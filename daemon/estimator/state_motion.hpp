@@ -29,6 +29,11 @@ class StateMotion {
   /// Learns from an update, `interval_s` after the one before, how fast each stretch of the tube drifts.
   void learn_drift(double interval_s, TubeState& state) const;
 
+  /// Of the tube along itself, toward its tip.
+  [[nodiscard]] static double speed_mm_s(const TubeState& state) {
+    return state.tube.m(0, state.tube.m.cols() - 1);  // TubeMotion's last column
+  }
+
  private:
   const TubeMap& map_;
   const InstrumentDescription& instrument_;

@@ -57,15 +57,19 @@ void CoilImageModel::follow(const ConfirmedShape& shape) {
   std::rotate(past_.begin(), past_.end() - 1, past_.end());
   past_count_ = std::min(past_count_ + 1, kPlaces);
   past_[0].instant = shape.instant;
+  past_[0].speed_mm_s = shape.speed_mm_s;
   for (int i = 0; i < coil_count(); ++i) {
-    const CubicBasis basis = shape.spline.basis(places_mm_[static_cast<std::size_t>(i)]);
-    past_[0].p_world_mm[static_cast<std::size_t>(i)] = combine(shape.C, basis.first, basis.value);
+    const auto coil = static_cast<std::size_t>(i);
+    const CubicBasis basis = shape.spline.basis(places_mm_[coil]);
+    past_[0].p_world_mm[coil] = combine(shape.C, basis.first, basis.value);
+    past_[0].toward_tip[coil] = -combine(shape.C, basis.first, basis.first_derivative).normalized();
   }
 }
 
 // Of the tube at the coil, over the shortest time in which it has moved: over a longer one a tube that turns
-// back seems slow. Zero until it is known. A still tube's shape drifts after its coils' errors, in the very
-// direction in which they lie beside it: as if images came too late.
+// back seems slow. Along itself it goes with its speed, where that is known. Zero until it has moved: a still
+// tube's shape drifts after its coils' errors, in the very direction in which they lie beside it, as if
+// images came too late.
 Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
   const auto at = static_cast<std::size_t>(coil);
   for (int i = 1; i < past_count_; ++i) {
@@ -73,7 +77,12 @@ Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
     const double age_s = seconds_between(before.instant, past_[0].instant);
     if (!(age_s > 0) || age_s > kVelocityOver_s) break;
     const Eigen::Vector3d moved_mm = past_[0].p_world_mm[at] - before.p_world_mm[at];
-    if (age_s >= kMinVelocityOver_s && moved_mm.norm() > kMoved_mm) return moved_mm / age_s;
+    if (age_s >= kMinVelocityOver_s && moved_mm.norm() > kMoved_mm) {
+      const Eigen::Vector3d& along = past_[0].toward_tip[at];
+      const Eigen::Vector3d mean_mm_s = moved_mm / age_s;
+      const double mean_along_mm_s = along.dot(mean_mm_s);
+      return mean_mm_s + (past_[0].speed_mm_s.value_or(mean_along_mm_s) - mean_along_mm_s) * along;
+    }
   }
   return Eigen::Vector3d::Zero();
 }

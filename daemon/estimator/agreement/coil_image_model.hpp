@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct ConfirmedShape {
   const UniformCubicBSpline& spline;
   const Eigen::Matrix3Xd& C;
   std::span<const ViewConstraints> views;  ///< their cameras stay where they are in memory
+  std::optional<double> speed_mm_s{};      ///< of the tube along itself, toward its tip, where it is known
 };
 
 /// A displacement seen from the camera's axis, in the plane of the image; world, mm.
@@ -69,6 +71,8 @@ class CoilImageModel {
   struct Places {
     MonotonicTime instant{};
     std::array<Eigen::Vector3d, kMaxCoils> p_world_mm{};
+    std::array<Eigen::Vector3d, kMaxCoils> toward_tip{};  ///< unit tangents, world
+    std::optional<double> speed_mm_s{};
   };
 
   [[nodiscard]] Eigen::Vector3d velocity_mm_s(int coil) const;
