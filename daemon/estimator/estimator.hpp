@@ -78,7 +78,7 @@ struct ImageNeed {
 
 /// Turns observations into estimates. Called by the optimizer thread only; update() and look_further() never
 /// allocate, lock, log, throw or read a clock, and their results depend on nothing but the observations since
-/// reset().
+/// reset(). Mode `paper` alone allocates.
 class Estimator {
  public:
   virtual ~Estimator() = default;

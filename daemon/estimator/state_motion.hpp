@@ -31,7 +31,7 @@ class StateMotion {
 
   /// Of the tube along itself, toward its tip.
   [[nodiscard]] static double speed_mm_s(const TubeState& state) {
-    return state.tube.m(0, state.tube.m.cols() - 1);  // TubeMotion's last column
+    return TubeMotion::speed_mm_s(state.tube.m);
   }
 
  private:

@@ -41,6 +41,9 @@ class TubeMotion {
   /// The velocities and the speed: what a C needs behind its other columns for a tube of this length.
   [[nodiscard]] static int column_count_of_motion(double length_mm);
 
+  /// The speed along itself, toward the tip, of a tube with these columns.
+  [[nodiscard]] static double speed_mm_s(const Eigen::Matrix3Xd& C) { return C(0, C.cols() - 1); }
+
   /// Sets the velocities and the speed to unknown.
   void begin(Eigen::Matrix3Xd& C, Eigen::MatrixXd& P) const;
 

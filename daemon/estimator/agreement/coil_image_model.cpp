@@ -8,9 +8,9 @@ namespace tubed {
 
 namespace {
 
-constexpr double kShared_mm = 200;  // along the tube, over which coils share what they are off by
-constexpr double kMinVelocityOver_s = 0.2;
-constexpr double kVelocityOver_s = 1;
+constexpr double kShared_mm = 200;          // along the tube, over which coils share what they are off by
+constexpr double kMinVelocityOver_s = 0.2;  // or five images: in less the shape's own noise seems to be fast
+constexpr double kVelocityOver_s = 1;       // at most
 constexpr double kMoved_mm = 0.85;  // between two images: two sigma of what is no motion, 0.3 mm an image
 
 // Lower triangular L with L L^T = covariance of what coils share, of unit variance.
@@ -77,7 +77,8 @@ Eigen::Vector3d CoilImageModel::velocity_mm_s(int coil) const {
     const double age_s = seconds_between(before.instant, past_[0].instant);
     if (!(age_s > 0) || age_s > kVelocityOver_s) break;
     const Eigen::Vector3d moved_mm = past_[0].p_world_mm[at] - before.p_world_mm[at];
-    if (age_s >= kMinVelocityOver_s && moved_mm.norm() > kMoved_mm) {
+    const bool is_long_enough = age_s >= kMinVelocityOver_s || i == kPlaces - 1;
+    if (is_long_enough && moved_mm.norm() > kMoved_mm) {
       const Eigen::Vector3d& along = past_[0].toward_tip[at];
       const Eigen::Vector3d mean_mm_s = moved_mm / age_s;
       const double mean_along_mm_s = along.dot(mean_mm_s);

@@ -48,8 +48,8 @@ class CoilImageModel {
 
   void reset();
 
-  /// The next shape: velocities are taken between the newest five, and the turn is about the middle of the
-  /// first one.
+  /// The next shape: velocities are taken between the newest five, of a second at most, and the turn is about
+  /// the middle of the first one.
   void follow(const ConfirmedShape& shape);
 
   /// Before the first shape there is no middle of it.

@@ -11,7 +11,7 @@ namespace tubed {
 
 /// Sums residuals r with dr/dC_k = w_k g for four neighbouring coefficients C_k (3-vectors): of J^T J the
 /// blocks w_a w_b g g^T, of J^T r the columns w_k r g. Residuals wait until there are enough of them for the
-/// kernel, so that square() is only right after sum_up(). Never allocates.
+/// kernel, so that squares() is only right after sum_up(). Never allocates.
 class CoefficientBlock {
  public:
   static constexpr int kNone = -1;
