@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kEndSeen_mm = 0.6;  // nearer than that it is not known where the image has the end: 1 px
-constexpr double kEndContradicts_mm = 3.5;  // the shape is seen to end elsewhere, whatever explains it
-constexpr double kEndAgrees_mm = 2.5;
+constexpr double kEndContradicts_mm = 3;  // the shape is seen to end elsewhere, whatever explains it
+constexpr double kEndAgrees_mm = 2;
 constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
 constexpr double kSharedShare = 0.7;         // of what stays of a coil's error, its neighbours' share

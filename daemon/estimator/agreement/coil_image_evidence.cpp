@@ -153,11 +153,11 @@ void CoilImageEvidence::observe_across(const CoilObservations& coils, const Conf
 void CoilImageEvidence::observe_end(const CoilObservations& coils, const ConfirmedShape& shape,
                                     const ViewConstraints& view, const Sight& sight, double noise_mm,
                                     double dt_s) {
-  const LineConstraint& end = view.lines[view.count - 1];
   const int used = coils.used_count();
-  if (view.count < 2 || end.s_mm != 0 || used == 0) {
+  if (!view.end_by_greys || used == 0) {
     return;
   }
+  const LineConstraint& end = *view.end_by_greys;
   const CubicBasis tip = shape.spline.basis(0);
   const Eigen::Vector3d tip_mm = combine(shape.C, tip.first, tip.value);
   const Eigen::Vector3d outward = -combine(shape.C, tip.first, tip.first_derivative).normalized();

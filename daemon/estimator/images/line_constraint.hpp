@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "idl/geometry/camera.hpp"
 
@@ -24,6 +25,9 @@ struct ViewConstraints {
   const LineConstraint* lines = nullptr;
   int count = 0;
   PoseSigma pose_sigma{};  ///< of the camera: an error that all its lines share
+  /// Where the greys along the tube step, at s = 0: nothing for a solver, which has the end of the ridge
+  /// among its lines, but for whoever compares coils and image. Nothing where they do not step.
+  std::optional<LineConstraint> end_by_greys{};
 
   static constexpr double kNearest_mm = 5;
   /// Is a line within kNearest_mm of the place s along the tube?

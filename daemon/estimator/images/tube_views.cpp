@@ -21,10 +21,16 @@ constexpr double kMinSurprising = 0.78;    // share of the lines of a view that 
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
+constexpr double kSameEnd_px = 4;          // of ridge and greys: a ridge filter goes on for 1 to 3 px
 constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
 constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 
 constexpr double kTwoSides_rad = 10 * M_PI / 180;
+
+// An edge of bone that goes on where the tube ends carries the ridge on, and no step in grey.
+bool is_confirmed(const Eigen::Vector2d& ridge_end_px, const std::optional<LineConstraint>& end_by_greys) {
+  return end_by_greys && (end_by_greys->target_px - ridge_end_px).norm() < kSameEnd_px;
+}
 
 }  // namespace
 
@@ -128,11 +134,11 @@ int TubeViews::leave_out_unreadable(const ImageMeasurement& image, int reach_px)
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view,
                              const TubeSearch& search) {
   view.count = 0;
+  view.end_by_greys.reset();
   view.exposure = image.exposure;
   view.in_view_ratio = static_cast<double>(in_view) / layout_.count;
   view.inlier_ratio = 0;
-  view.misses_tip.reset();
-  view.unseen_at_tip = 0;
+  view.tip = {};
   view.surprise = {};
   view.lines_asked = in_view < kMinLines ? 0 : in_view;
   if (view.lines_asked == 0) {
@@ -140,8 +146,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   }
   const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
   view.inlier_ratio = outcome.inlier_ratio;
-  view.misses_tip = tubed::misses_tip(lines_, layout_);
-  view.unseen_at_tip = tubed::unseen_at_tip(lines_, layout_);
+  view.tip = {tubed::misses_tip(lines_, layout_), tubed::unseen_at_tip(lines_, layout_)};
   if (search.prediction != nullptr) {
     view.surprise = greatest_surprise(lines_, layout_, settings_.sigma_image_px);
   }
@@ -177,7 +182,7 @@ Surprise TubeViews::surprise(MonotonicTime instant) const {
 int TubeViews::unseen_at_tip(MonotonicTime instant) const {
   int most = 0;
   for (const View& view : views_) {
-    if (view.exposure == instant) most = std::max(most, view.unseen_at_tip);
+    if (view.exposure == instant) most = std::max(most, view.tip.unseen);
   }
   return most;
 }
@@ -191,8 +196,8 @@ bool TubeViews::may_agree_by_chance(MonotonicTime instant) const {
 bool TubeViews::misses_tip(MonotonicTime instant) const {
   bool misses = false;
   for (const View& view : views_) {
-    if (view.exposure == instant && view.misses_tip) {
-      if (!*view.misses_tip) {
+    if (view.exposure == instant && view.tip.misses) {
+      if (!*view.tip.misses) {
         return false;
       }
       misses = true;
@@ -220,8 +225,13 @@ void TubeViews::measure_end(const ImageMeasurement& image, View& view, float rid
   }
   const auto end = find_tube_end(image, path->points_px(), ridge_height);
   if (!end) return;
+  if (const auto step = sharpened(*end, image, path->points_px(), lines_.front().half_width_px)) {
+    view.end_by_greys = {0, path->at(step->place), path->outward(), step->variance};
+  }
+  const Eigen::Vector2d end_px = path->at(end->place);
+  if (tip_is_held && !is_confirmed(end_px, view.end_by_greys)) return;
   view.measured[static_cast<std::size_t>(view.count++)] = {
-      0, path->at(end->place), path->outward(),
+      0, end_px, path->outward(),
       (end->variance + squared(kSigmaEnd_px)) * (tip_is_held ? settings_.image_temper : 1)};
 }
 
@@ -258,7 +268,7 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
       view.aged[i].variance_px2 =
           view.measured[i].variance_px2 * variance_factor + drift_px * drift_px * settings_.image_temper;
     }
-    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count, view.pose_sigma};
+    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count, view.pose_sigma, view.end_by_greys};
   }
   return {gathered_.data(), gathered};
 }

@@ -120,6 +120,11 @@ class TubeViews {
   /// All lines, the marks, and the end.
   using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + kMaxMarks + 1>;
 
+  struct TipLines {
+    std::optional<bool> misses{};  ///< nothing: too few lines to say
+    int unseen = 0;
+  };
+
   struct View {
     Camera camera;
     std::unique_ptr<ImageLikelihood> likelihood;
@@ -128,12 +133,12 @@ class TubeViews {
     SeenTube seen{};         ///< by the newest image
     Constraints measured{};  ///< variance as measured, before ageing
     Constraints aged{};      ///< what the solver is given
+    std::optional<LineConstraint> end_by_greys{};
     int count = 0;
-    int lines_asked = 0;               ///< of the newest image; 0: too few in view
-    std::optional<bool> misses_tip{};  ///< of the newest image; nothing: too few of its lines to say
-    int unseen_at_tip = 0;             ///< of the newest image
-    Surprise surprise{};               ///< of the newest image
-    MonotonicTime exposure{};          ///< of the image they come from; zero = none
+    int lines_asked = 0;       ///< of the newest image; 0: too few in view
+    TipLines tip{};            ///< of the newest image
+    Surprise surprise{};       ///< of the newest image
+    MonotonicTime exposure{};  ///< of the image they come from; zero = none
     double inlier_ratio = 0;
     double in_view_ratio = 0;
   };

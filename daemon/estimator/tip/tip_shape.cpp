@@ -49,6 +49,11 @@ double longest_mm(const std::vector<RestHook>& hooks) {
   return longest;
 }
 
+// Every start of every hook, and the best of each once more.
+std::size_t solutions_of_a_round(const std::vector<RestHook>& hooks) {
+  return (kStartsEach + 1) * hooks.size();
+}
+
 std::vector<RestHook> hooks_of(const UniformCubicBSpline& spline, const InstrumentDescription& instrument) {
   std::vector<RestHook> hooks;
   if (is_preshaped(instrument.rest_shape)) {
@@ -108,7 +113,7 @@ double TipShape::gain() const {
 // the next one's shape waiting. Not fewer than a quarter: starts of one image have its noise in common, those
 // of many images each their own, and the best of many that are independent is better than any hook is likely.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
-  const std::size_t all = solutions_of_a_round();
+  const std::size_t all = solutions_of_a_round(hooks_);
   if (to_ns(image_) == 0) return 1;
   const double share = std::clamp(seconds_between(image_, instant) / kAskEvery_s, kMinAnswered, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
@@ -126,7 +131,7 @@ bool TipShape::ask(const Observation& observation, const CoilObservations& coils
     return false;
   }
   if (next_start_ == 0) asked_ = observation.instant;
-  const std::size_t all = solutions_of_a_round();
+  const std::size_t all = solutions_of_a_round(hooks_);
   for (std::size_t i = 0; i < starts && next_start_ < all; ++i, ++next_start_) {
     if (next_start_ < kStartsEach * hooks_.size()) {
       try_start(next_start_ / kStartsEach, static_cast<int>(next_start_ % kStartsEach), observation);
@@ -169,26 +174,26 @@ void TipShape::ask_again_if_by_far(std::size_t which, const Observation& observa
 }
 
 // What one round alone says is left out: of two the lesser counts, then the middle one of three.
-void TipShape::remember_round(Record& record) {
-  ++record.asked;
-  const auto& [last, last_but_one] = record.before;
-  if (record.asked == 1) {
-    record.gain = record.best_gain;
-  } else if (record.asked == 2) {
-    record.gain = std::min(record.best_gain, last);
+void TipShape::Record::remember_round() {
+  ++asked;
+  const auto [last, last_but_one] = before;
+  if (asked == 1) {
+    gain = best_gain;
+  } else if (asked == 2) {
+    gain = std::min(best_gain, last);
   } else {
-    record.gain = std::max(std::min(record.best_gain, last),
-                           std::min(std::max(record.best_gain, last), last_but_one));  // the middle one
+    gain = std::max(std::min(best_gain, last),
+                    std::min(std::max(best_gain, last), last_but_one));  // the middle one
   }
-  const double share = std::max(kMemory, 1.0 / std::max(record.asked - 1, 1));
-  record.mean_gain += (record.gain - record.mean_gain) * share;
-  record.mean_apart_mm += (record.best_apart_mm - record.mean_apart_mm) * share;
-  record.before = {record.best_gain, last};
+  const double share = std::max(kMemory, 1.0 / std::max(asked - 1, 1));
+  mean_gain += (gain - mean_gain) * share;
+  mean_apart_mm += (best_apart_mm - mean_apart_mm) * share;
+  before = {best_gain, last};
 }
 
 bool TipShape::decide() {
   for (Record& record : records_) {
-    remember_round(record);
+    record.remember_round();
   }
   const std::optional<std::size_t> best = likeliest();
   const Record& record = records_[*best];

@@ -91,16 +91,15 @@ class TipShape {
     double best_apart_mm = 0;        ///< of this round's best
     int best_start = 0;
     Eigen::Vector3d best_binormal = Eigen::Vector3d::UnitZ();
+
+    void remember_round();
   };
 
   [[nodiscard]] bool is_due(MonotonicTime instant) const;
-  /// Every start of every hook, and the best of each once more.
-  [[nodiscard]] std::size_t solutions_of_a_round() const { return (HookSearch::kStarts + 1) * hooks_.size(); }
   [[nodiscard]] std::size_t starts_now(MonotonicTime instant) const;
   void try_start(std::size_t which, int start, const Observation& observation);
   void ask_again_if_by_far(std::size_t which, const Observation& observation);
   bool decide();
-  static void remember_round(Record& record);
   [[nodiscard]] std::optional<std::size_t> likeliest() const;
   [[nodiscard]] bool is_undecided(const CoilObservations& coils) const;
   [[nodiscard]] double unknown_curvature_per_mm() const;

@@ -135,8 +135,10 @@ class AgreementBench {
       const CubicBasis tip = map_.spline().basis(0);
       const auto p = cameras_[v].project(combine(C, tip.first, tip.value));
       const Eigen::Vector2d outward_px = p->J_image_world * -combine(C, tip.first, tip.first_derivative);
-      if (shows_end) lines_[v].push_back({0, p->p_image_px + end_mm * outward_px, outward_px.normalized()});
       views_.push_back({&cameras_[v], lines_[v].data(), static_cast<int>(lines_[v].size())});
+      if (shows_end) {
+        views_.back().end_by_greys = {0, p->p_image_px + end_mm * outward_px, outward_px.normalized()};
+      }
     }
     return views_;
   }

@@ -17,6 +17,29 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
+/// Paints the tube into the greys: 20 darker than the rest, 30 more at each band.
+void paint(const RoomDescription& room, const std::vector<double>& bands_mm, ImageMeasurement& image) {
+  const Camera camera(room.cameras.front());
+  std::fill(image.grey.begin(), image.grey.end(), 150.0F);
+  image.darkest = 90;
+  image.brightest = 150;
+  constexpr int kHalf_px = 2;
+  for (double s_mm = 0; s_mm <= 380; s_mm += 0.2) {
+    const bool is_band = std::any_of(bands_mm.begin(), bands_mm.end(),
+                                     [=](double band_mm) { return std::abs(s_mm - band_mm) < 0.65; });
+    const auto at = camera.project(arc_point(s_mm));
+    if (!at || !camera.contains(at->p_image_px, kHalf_px + 1)) continue;
+    for (int y = -kHalf_px; y <= kHalf_px; ++y) {
+      for (int x = -kHalf_px; x <= kHalf_px; ++x) {
+        const auto column = static_cast<std::size_t>(std::lround(at->p_image_px.x()) + x);
+        const auto row = static_cast<std::size_t>(std::lround(at->p_image_px.y()) + y);
+        float& grey = image.grey[row * static_cast<std::size_t>(image.width) + column];
+        grey = std::min(grey, is_band ? 100.0F : 130.0F);
+      }
+    }
+  }
+}
+
 /// Looks where the arc is.
 struct Views {
   Views() : spline(settings.coefficient_count, 380), C(3, settings.coefficient_count) {
@@ -26,6 +49,9 @@ struct Views {
   }
   void show(const Stretch& hidden, const TubeSearch& search = {5}) {
     image = image_of_arc(room, now, hidden);
+    look(search);
+  }
+  void look(const TubeSearch& search) {
     Observation observation;
     observation.instant = observation.now = now;
     observation.images[0] = &image;
@@ -35,6 +61,8 @@ struct Views {
     constraints = found.size();
     lines = found.empty() ? ViewConstraints{} : found[0];
   }
+  [[nodiscard]] const LineConstraint& last_line() const { return lines.lines[lines.count - 1]; }
+
   RoomDescription room = one_view_room();
   EstimatorSettings settings;
   TubeViews views{settings, room.instruments.front(), room};
@@ -102,11 +130,13 @@ TEST(TubeViews, MissATipOfWhichMostLinesDisagree) {
 // What pixels that are not independent say together is tempered; a tip that a coil holds has no need of more.
 TEST(TubeViews, WhereTheTipEndsCountsForWhatItIsWhenNoCoilHoldsIt) {
   Views of;
-  of.show({}, {5, true});
-  const LineConstraint held = of.lines.lines[of.lines.count - 1];
+  of.image = image_of_arc(of.room, of.now);
+  paint(of.room, {}, of.image);
+  of.look({5, true});
+  const LineConstraint held = of.last_line();
   const double line_px2 = of.lines.lines[0].variance_px2;
-  of.show({}, {5, false});
-  const LineConstraint loose = of.lines.lines[of.lines.count - 1];
+  of.look({5, false});
+  const LineConstraint loose = of.last_line();
   ASSERT_EQ(held.s_mm, 0);
   ASSERT_EQ(loose.s_mm, 0);
   EXPECT_DOUBLE_EQ(held.variance_px2, of.settings.image_temper * loose.variance_px2);
@@ -114,27 +144,33 @@ TEST(TubeViews, WhereTheTipEndsCountsForWhatItIsWhenNoCoilHoldsIt) {
   EXPECT_EQ(of.lines.lines[0].variance_px2, line_px2);
 }
 
-/// Paints the tube into the greys: 20 darker than the rest, 30 more at each band.
-void paint(const RoomDescription& room, const std::vector<double>& bands_mm, ImageMeasurement& image) {
-  const Camera camera(room.cameras.front());
-  std::fill(image.grey.begin(), image.grey.end(), 150.0F);
-  image.darkest = 90;
-  image.brightest = 150;
-  constexpr int kHalf_px = 2;
-  for (double s_mm = 0; s_mm <= 380; s_mm += 0.2) {
-    const bool is_band = std::any_of(bands_mm.begin(), bands_mm.end(),
-                                     [=](double band_mm) { return std::abs(s_mm - band_mm) < 0.65; });
-    const auto at = camera.project(arc_point(s_mm));
-    if (!at || !camera.contains(at->p_image_px, kHalf_px + 1)) continue;
-    for (int y = -kHalf_px; y <= kHalf_px; ++y) {
-      for (int x = -kHalf_px; x <= kHalf_px; ++x) {
-        const auto column = static_cast<std::size_t>(std::lround(at->p_image_px.x()) + x);
-        const auto row = static_cast<std::size_t>(std::lround(at->p_image_px.y()) + y);
-        float& grey = image.grey[row * static_cast<std::size_t>(image.width) + column];
-        grey = std::min(grey, is_band ? 100.0F : 130.0F);
-      }
-    }
+TEST(TubeViews, TheEndOfARidgeHoldsATipAlongTheTubeWhereTheGreysEndAsWell) {
+  constexpr double kFurtherOut_mm = 6;
+  const TubeSearch held{5, true};
+  Views of;
+  of.image = image_of_arc(of.room, of.now);
+  of.look(held);
+  EXPECT_NE(of.last_line().s_mm, 0) << "the greys are even";
+  EXPECT_FALSE(of.lines.end_by_greys);
+  of.look({5, false});
+  EXPECT_EQ(of.last_line().s_mm, 0) << "nothing else says where a loose tip ends";
+
+  paint(of.room, {}, of.image);
+  of.look(held);
+  EXPECT_EQ(of.last_line().s_mm, 0);
+  const Camera camera(of.room.cameras.front());
+  ASSERT_TRUE(of.lines.end_by_greys);
+  const Eigen::Vector2d tip_px = camera.project(arc_point(0))->p_image_px;
+  EXPECT_NEAR(of.lines.end_by_greys->normal.dot(of.lines.end_by_greys->target_px - tip_px), 0, 3.5)
+      << "painted to half a tube's width beyond it";
+  for (double s_mm = -kFurtherOut_mm; s_mm < 0; s_mm += 0.25) {
+    draw_ridge(camera, arc_point(s_mm), 0.9, of.image);
   }
+  of.look(held);
+  EXPECT_NE(of.last_line().s_mm, 0) << "an edge goes on";
+  of.image = image_of_arc(of.room, of.now);
+  of.look(held);
+  EXPECT_FALSE(of.lines.end_by_greys) << "that of the image before";
 }
 
 /// One view of a tube with three marks, which are asked for.
