@@ -32,14 +32,17 @@ void normalise(Row& row, int states) {
   }
 }
 
-template <typename Row, typename Kernel>
-void convolve(const Row& from, const Kernel& kernel, int states, Row& to) {
-  for (int k = 0; k < states; ++k) {
-    float sum = 0;
-    for (int j = std::max(0, k - kTransitionReach); j <= std::min(states - 1, k + kTransitionReach); ++j) {
-      sum += from[static_cast<std::size_t>(j)] * kernel[static_cast<std::size_t>(std::abs(j - k))];
-    }
-    to[static_cast<std::size_t>(k)] = sum;
+// One weight of the kernel at a time over the whole row: the same sums in the same order, several at once.
+template <std::size_t kStates, std::size_t kWeights>
+void convolve(const std::array<float, kStates>& from, const std::array<float, kWeights>& kernel, int states,
+              std::array<float, kStates>& to) {
+  constexpr std::size_t kReach = kWeights - 1;
+  std::array<float, kStates + 2 * kReach> padded{};
+  std::copy_n(from.begin(), states, padded.begin() + kReach);
+  std::fill_n(to.begin(), states, 0.0F);
+  for (std::size_t j = 0; j <= 2 * kReach; ++j) {
+    const float weight = kernel[j < kReach ? kReach - j : j - kReach];
+    for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) to[k] += padded[k + j] * weight;
   }
 }
 

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
+#include <tuple>
 
+#include "daemon/image/nth_smallest.hpp"
 #include "daemon/image/sample_vesselness.hpp"
 
 namespace tubed {
@@ -79,9 +82,7 @@ float LineProfiles::noise_of(int count) {
   for (std::size_t k = 0; k < steps; ++k) {
     steps_[k] = std::abs(greys_[k + 1] - greys_[k]);
   }
-  const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps / 2);
-  std::nth_element(steps_.begin(), middle, steps_.begin() + static_cast<std::ptrdiff_t>(steps));
-  return *middle / kMedianStep;
+  return nth_smallest<std::tuple_size_v<Greys>>(std::span(steps_).first(steps), steps / 2) / kMedianStep;
 }
 
 void LineProfiles::weigh(std::span<const CorrespondenceLine> lines, float usual) {
