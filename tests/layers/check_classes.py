@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that no class of the estimator grows into a heap: 15 fields and 25 methods at most, as its headers declare them.
+"""Checks that no class of the estimator has more than 15 fields or 25 methods, as its headers declare them.
 
 Methods are all functions that a class declares or defines, constructors and overloads among them; fields are what its objects hold.
 Classes within a class count for themselves. Comments do not count, nor what is static constexpr.

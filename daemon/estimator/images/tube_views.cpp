@@ -21,7 +21,7 @@ constexpr double kMinSurprising = 0.78;    // share of the lines of a view that 
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
-constexpr double kSameEnd_px = 4;          // of ridge and greys: a ridge filter goes on for 1 to 3 px
+constexpr double kSameEnd_px = 4;          // of ridge and greys: a ridge filter goes on for up to 3 px
 constexpr double kOneInstant_s = 0.002;    // within which exposures of several views are one
 constexpr double kLineAgeing_mm_s = 20.0;  // how fast an aged image line loses its worth
 

@@ -120,20 +120,21 @@ class TubeViews {
   /// All lines, the marks, and the end.
   using Constraints = std::array<LineConstraint, LineSearch::kMaxLines + kMaxMarks + 1>;
 
+  /// What the lines of the tip say of it.
   struct TipLines {
     std::optional<bool> misses{};  ///< nothing: too few lines to say
-    int unseen = 0;
+    int unseen = 0;                ///< lines, see unseen_at_tip()
   };
 
   struct View {
     Camera camera;
     std::unique_ptr<ImageLikelihood> likelihood;
-    PoseSigma pose_sigma{};  ///< of the camera's pose
-    bool own_pose = false;   ///< that came with the newest image
-    SeenTube seen{};         ///< by the newest image
-    Constraints measured{};  ///< variance as measured, before ageing
-    Constraints aged{};      ///< what the solver is given
-    std::optional<LineConstraint> end_by_greys{};
+    PoseSigma pose_sigma{};                        ///< of the camera's pose
+    bool own_pose = false;                         ///< that came with the newest image
+    SeenTube seen{};                               ///< by the newest image
+    Constraints measured{};                        ///< variance as measured, before ageing
+    Constraints aged{};                            ///< what the solver is given
+    std::optional<LineConstraint> end_by_greys{};  ///< of the newest image, see ViewConstraints
     int count = 0;
     int lines_asked = 0;       ///< of the newest image; 0: too few in view
     TipLines tip{};            ///< of the newest image
