@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kMaxEmFrames = 16;  // a longer gap is bridged by the newest ones
 constexpr double kBendingWithoutImages_s = 0.2;
-constexpr double kMaxJerk_s = 0.2;
 
 }  // namespace
 
@@ -230,10 +229,9 @@ ImageVerdict RecursiveEstimator::update_image(const Observation& observation, co
                                               TubeEstimate& estimate) {
   ImageUpdate::Outcome outcome =
       image_update_.apply(observation, coils, ImageUpdate::Jerk::kAsked, state_, estimate);
-  if (outcome.jerk_at_mm) {
-    const double interval_s = seconds_between(state_.images.confirmed, observation.instant);
+  if (outcome.is_jerk) {
     before_update_.tube.P = state_.tube.P;
-    motion_.loosen(*outcome.jerk_at_mm, std::clamp(interval_s, 0.0, kMaxJerk_s), state_);
+    motion_.loosen(outcome.surprise, image_update_.views().layout(), state_);
     outcome = image_update_.apply(observation, coils, ImageUpdate::Jerk::kAllowedFor, state_, estimate);
     if (outcome.verdict != ImageVerdict::kShowsTube) state_.tube.P = before_update_.tube.P;
   }

@@ -21,8 +21,8 @@ void StateMotion::predict(MonotonicTime time, double freedom, TubeState& state) 
   state.errors.age(dt_s, instrument_, map_, tube, scratch_);
 }
 
-void StateMotion::loosen(double s_mm, double interval_s, TubeState& state) const {
-  motion_.loosen(s_mm, MotionFreedom::kFreedomOfAJerk * interval_s, state.tube.P);
+void StateMotion::loosen(const Surprise& surprise, const LineLayout& layout, TubeState& state) const {
+  motion_.loosen([&](double s_mm) { return surprise.beyond_mm2_at(s_mm, layout); }, state.tube.P);
 }
 
 void StateMotion::learn_drift(double interval_s, TubeState& state) const {

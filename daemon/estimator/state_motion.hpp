@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "daemon/estimator/images/line_verdicts.hpp"
 #include "daemon/estimator/tube_motion.hpp"
 #include "daemon/estimator/tube_state.hpp"
 
@@ -22,9 +23,9 @@ class StateMotion {
   /// MotionFreedom::sideways().
   void predict(MonotonicTime time, double freedom, TubeState& state);
 
-  /// An image shows that about the place s_mm from the tip the tube has jerked to a side, within
-  /// `interval_s`.
-  void loosen(double s_mm, double interval_s, TubeState& state) const;
+  /// An image shows that the tube has jerked to a side by so much more than was expected; `layout` is of the
+  /// lines that show it. It may have gone as far in depth.
+  void loosen(const Surprise& surprise, const LineLayout& layout, TubeState& state) const;
 
   /// Learns from an update, `interval_s` after the one before, how fast each stretch of the tube drifts.
   void learn_drift(double interval_s, TubeState& state) const;

@@ -144,18 +144,6 @@ void TubeMotion::predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& 
   forget_drift(dt_s, freedom.drift, C, m, P);
 }
 
-void TubeMotion::loosen(double s_mm, double moving_s, Eigen::MatrixXd& P) const {
-  const auto share = [&](Eigen::Index coefficient) {
-    const double away = ((static_cast<double>(coefficient) - 1) * spacing_mm_ - s_mm) / kSidewaysLength_mm;
-    return std::exp(-0.5 * away * away);
-  };
-  for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
-    for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
-      P.block<3, 3>(3 * i, 3 * j).diagonal().array() += share(i) * share(j) * sideways_(i, j) * moving_s;
-    }
-  }
-}
-
 void TubeMotion::forget_speed(double dt_s, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                               Eigen::MatrixXd& P) const {
   const double kept = std::exp(-dt_s / kSpeedMemory_s);

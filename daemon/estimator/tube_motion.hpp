@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "daemon/model/uniform_cubic_bspline.hpp"
 
@@ -52,9 +54,22 @@ class TubeMotion {
   void predict(double dt_s, const Freedom& freedom, Eigen::Matrix3Xd& C, Eigen::Matrix3Xd& m,
                Eigen::MatrixXd& P);
 
-  /// The covariance of a tube that may have moved sideways about the place s_mm from the tip as one does in
-  /// `moving_s` seconds, less the further from there.
-  void loosen(double s_mm, double moving_s, Eigen::MatrixXd& P) const;
+  /// The covariance of a tube that may have moved sideways by the square root of `variance_at_mm2(s_mm)` an
+  /// axis at the place s_mm from the tip, neighbours together as in predict().
+  template <class VarianceAt>
+  void loosen(VarianceAt variance_at_mm2, Eigen::MatrixXd& P) const {
+    const auto times = [&](Eigen::Index i) {
+      const double s_mm = std::max(0.0, (static_cast<double>(i) - 1) * spacing_mm_);
+      return std::sqrt(variance_at_mm2(s_mm) / sideways_(i, i));
+    };
+    for (Eigen::Index i = 0; i < coefficient_count_; ++i) {
+      const double times_i = times(i);
+      if (!(times_i > 0)) continue;
+      for (Eigen::Index j = 0; j < coefficient_count_; ++j) {
+        P.block<3, 3>(3 * i, 3 * j).diagonal().array() += times_i * times(j) * sideways_(i, j);
+      }
+    }
+  }
 
   /// Learns from m and P, after a measurement taken `interval_s` after the last, how fast each stretch
   /// drifts: one that is seen to move across the view moves in depth as well, one that rests in it rests. No

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kImageVarianceFactor = 1;  // beside image_temper
 constexpr double kDoubtfulPull = 60;        // chi^2 of the prediction against the image
-constexpr double kJerk = 12;                // chi^2 of a stretch of 20 mm
+constexpr double kJerk = 4;                 // chi^2 of a stretch of 20 mm
 constexpr double kSureOfTip_px = ImageUpdate::kFirstReach_px / 2.0;
 constexpr std::array<int, 2> kReaches_px = {ImageUpdate::kFirstReach_px, 5};
 
@@ -63,9 +63,9 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
     if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px) {
-      const Surprise surprise = views_.surprise(observation.instant);
-      if (surprise.chi2 > kJerk) {
-        outcome.jerk_at_mm = surprise.s_mm;
+      outcome.surprise = views_.surprise(observation.instant);
+      if (outcome.surprise.chi2 > kJerk) {
+        outcome.is_jerk = true;
         return outcome;
       }
     }

@@ -42,7 +42,8 @@ class ImageUpdate {
     std::span<const ViewConstraints> lines;  ///< that were taken in; valid until the views are asked again
     /// A stretch of the tube, whose tip coils hold, lies further beside its prediction than it can be wrong:
     /// nothing was taken in.
-    std::optional<double> jerk_at_mm{};
+    bool is_jerk = false;
+    Surprise surprise{};            ///< then
     bool numerically_lost = false;  ///< the covariance is not positive definite: begin again
     double interval_s = 0;          ///< since an image showed the tube before
     double pulled = 0;              ///< chi^2 of how far they pulled the mean, and what was expected of it

@@ -1,6 +1,7 @@
 // What the lines of one image say of the tube around which they were searched.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "daemon/image/correspondence_lines.hpp"
@@ -18,13 +19,24 @@ std::optional<bool> misses_tip(const CorrespondenceLines& lines, const LineLayou
 /// How many lines of the last 32 mm were asked and show no tube.
 int unseen_at_tip(const CorrespondenceLines& lines, const LineLayout& layout);
 
-/// A stretch of the tube that lies beside where it was predicted.
+/// How far the tube lies beside where it was predicted, in stretches of 20 mm that an image shows.
 struct Surprise {
-  double chi2 = 0;  ///< mean square of its lines' offsets over what prediction and lines expect of them
-  double s_mm = 0;  ///< its middle, from the tip
+  double chi2 = 0;  ///< the greatest: mean square of offsets over what prediction and lines expect of them
+  std::array<float, kMaxCorrespondenceLines> beyond_mm2{};  ///< of the stretch about each line, see below
+
+  /// Mean square of the offsets about the place s_mm from the tip, mm^2 across the tube, less what was
+  /// expected of them; 0 where they are as expected, and where the image does not show the tube.
+  [[nodiscard]] double beyond_mm2_at(double s_mm, const LineLayout& layout) const;
+
+  /// About this line it is so much; `known`: the one it was told of before, -1: none.
+  void tell(int line, double variance_mm2, int known);
+
+  /// Of two views the greater one at each place.
+  void join(const Surprise& other);
 };
-/// The greatest one of all stretches of 20 mm that the image shows. `sigma_px`: what an offset is wrong by,
-/// beside the line's own variance.
-Surprise greatest_surprise(const CorrespondenceLines& lines, const LineLayout& layout, double sigma_px);
+
+/// `sigma_px`: what an offset is wrong by, beside the line's own variance. `radius_mm`: the tube's.
+Surprise surprise_of(const CorrespondenceLines& lines, const LineLayout& layout, double sigma_px,
+                     double radius_mm);
 
 }  // namespace tubed

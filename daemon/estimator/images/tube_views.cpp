@@ -17,7 +17,7 @@ namespace {
 // Noise agrees with 0.62 of 8 to 16 lines in one image of 5, of 24 to 32 in one of 16, of 80 in one of 100.
 constexpr int kMinLinesNotByChance = 40;
 constexpr double kMinFound = 0.5;          // share of the lines without which a round finds nothing
-constexpr double kMinSurprising = 0.78;    // share of the lines of a view that may surprise
+constexpr double kMinSurprising = 0.6;     // share of the lines of a view that may surprise
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked
 constexpr double kSigmaEnd_px = 3.0;       // of the end beside its own variance
@@ -148,7 +148,7 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   view.inlier_ratio = outcome.inlier_ratio;
   view.tip = {tubed::misses_tip(lines_, layout_), tubed::unseen_at_tip(lines_, layout_)};
   if (search.prediction != nullptr) {
-    view.surprise = greatest_surprise(lines_, layout_, settings_.sigma_image_px);
+    view.surprise = surprise_of(lines_, layout_, settings_.sigma_image_px, radius_mm_);
   }
   if (view.inlier_ratio < kMinFound) {
     return;
@@ -171,12 +171,12 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
 }
 
 Surprise TubeViews::surprise(MonotonicTime instant) const {
-  Surprise greatest;
+  Surprise surprise;
   for (const View& view : views_) {
     const bool is_shown = view.exposure == instant && view.inlier_ratio >= kMinSurprising;
-    if (is_shown && view.surprise.chi2 > greatest.chi2) greatest = view.surprise;
+    if (is_shown) surprise.join(view.surprise);
   }
-  return greatest;
+  return surprise;
 }
 
 int TubeViews::unseen_at_tip(MonotonicTime instant) const {

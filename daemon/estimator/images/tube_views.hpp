@@ -82,6 +82,8 @@ class TubeViews {
 
   /// The greatest one in the images of that instant, of stretches of 20 mm that the image shows.
   [[nodiscard]] Surprise surprise(MonotonicTime instant) const;
+  /// Of the lines of every view.
+  [[nodiscard]] const LineLayout& layout() const { return layout_; }
 
   /// How many lines of the last 32 mm of the tube the images of that instant were asked and did not show a
   /// tube at, in the view that showed most of them.

@@ -71,6 +71,7 @@ bool HookSearch::solve_straight(const Observation& observation, const CoilObserv
     return false;
   }
   map_.refine(coils_, {}, nullptr, kCoilIterations, straight_.C, converged);
+  straight_.cost_of_coils = map_.cost();
   C_coils_ = straight_.C;
   look(observation, straight_);
   return agreeing_ >= kShowsTube;
@@ -88,6 +89,7 @@ double HookSearch::solve_with(RestHook& hook, int start, const Observation& obse
   bool converged = false;
   map_.solve_linear(coils_, hooked_.C);
   map_.refine(coils_, {}, nullptr, kCoilIterations, hooked_.C, converged);
+  hooked_.cost_of_coils = map_.cost();
   look(observation, hooked_);
   map_.set_rest(nullptr);
   return hooked_.cost;

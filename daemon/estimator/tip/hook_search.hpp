@@ -32,6 +32,9 @@ class HookSearch {
   /// found. Precondition: solve_straight() was true for the same instant.
   double solve_with(RestHook& hook, int start, const Observation& observation);
 
+  /// chi^2 that the hook of solve_with() saved the coils and the bending, before the images were looked at.
+  [[nodiscard]] double gain_of_coils() const { return straight_.cost_of_coils - hooked_.cost_of_coils; }
+
   /// How far the tip of the shape that solve_with() found last lies from that of the straight one, mm.
   [[nodiscard]] double between_tips_mm() const;
 
@@ -56,6 +59,7 @@ class HookSearch {
   struct Hypothesis {
     Eigen::Matrix3Xd C;
     double cost = 0;
+    double cost_of_coils = 0;  ///< before images
   };
 
   void soften_tip(int from_segment);

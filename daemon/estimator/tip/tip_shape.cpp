@@ -112,9 +112,10 @@ double TipShape::gain() const {
 // So many starts at this image that a round takes kAskEvery_s: a whole round at one image of many would keep
 // the next one's shape waiting. Not fewer than a quarter: starts of one image have its noise in common, those
 // of many images each their own, and the best of many that are independent is better than any hook is likely.
+// Of the first round all at once: until it is over a hook is taken for a straight tip.
 std::size_t TipShape::starts_now(MonotonicTime instant) const {
   const std::size_t all = solutions_of_a_round(hooks_);
-  if (to_ns(image_) == 0) return 1;
+  if (!likeliest()) return kStartsEach * hooks_.size();
   const double share = std::clamp(seconds_between(image_, instant) / kAskEvery_s, kMinAnswered, 1.0);
   return static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
 }
@@ -158,6 +159,8 @@ void TipShape::try_start(std::size_t which, int start, const Observation& observ
     record.best_apart_mm = search_.between_tips_mm();
     record.best_binormal = hook.binormal();
   }
+  record.best_gain_of_coils =
+      start == 0 ? search_.gain_of_coils() : std::max(record.best_gain_of_coils, search_.gain_of_coils());
   // That of a hook in use belongs to the shape, which knows what was before.
   hook.set_binormal(which == active_ && record.asked > 0 ? plane : record.best_binormal);
 }
@@ -203,6 +206,7 @@ bool TipShape::decide() {
     if (active_ && is_sure && records_[*active_].mean_gain < kDropped) {
       active_.reset();
     } else if ((record.asked > 1 && record.gain > kAdoptedAtOnce) ||
+               (record.gain > kAdopted && record.best_gain_of_coils > kAdopted) ||
                (is_sure && record.mean_gain > kAdopted)) {
       active_ = best;
     }

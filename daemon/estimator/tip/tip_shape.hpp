@@ -87,6 +87,7 @@ class TipShape {
     int asked = 0;                   ///< rounds of all starts
     double gain = 0;                 ///< what the newest rounds say together
     double best_gain = 0;            ///< of this round
+    double best_gain_of_coils = 0;   ///< the same without images
     std::array<double, 2> before{};  ///< best_gain of the two rounds before, newest first
     double best_apart_mm = 0;        ///< of this round's best
     int best_start = 0;

@@ -31,10 +31,21 @@ class SearchBench {
   }
 
   [[nodiscard]] HookSearch& search() { return *search_; }
+  void show_straight_tube() { image_ = image_of_arc(room_, now_); }
   [[nodiscard]] CoilObservations& coils() { return coils_; }
   [[nodiscard]] const InstrumentDescription& instrument() const { return room_.instruments.front(); }
   [[nodiscard]] double spacing_mm() const {
     return instrument().length_mm / (settings_.coefficient_count - 3);
+  }
+
+  /// As HookSearch::gain_of_coils(), of the best of all starts.
+  double best_gain_of_coils() {
+    double gain = -1e9;
+    for (int start = 0; start < HookSearch::kStarts; ++start) {
+      search_->solve_with(*hook_, start, observation());
+      gain = std::max(gain, search_->gain_of_coils());
+    }
+    return gain;
   }
 
   bool solve_straight() { return search_->solve_straight(observation(), coils_); }
@@ -96,6 +107,18 @@ TEST(HookSearch, WhatLiesBeforeTheLastPartSaysNothing) {
   bench.coils().coils[1].p_world_mm.x() += 50;
   bench.solve_straight();
   EXPECT_GT(bench.search().straight_cost(), cost + 12);
+}
+
+TEST(HookSearch, WhatCoilsSaveIsTheSameWhateverTheImageShows) {
+  SearchBench bench;
+  ASSERT_TRUE(bench.solve_straight());
+  const double gain = bench.best_gain();
+  const double gain_of_coils = bench.best_gain_of_coils();
+  EXPECT_GT(gain_of_coils, 5);
+  bench.show_straight_tube();
+  ASSERT_TRUE(bench.solve_straight());
+  EXPECT_GT(std::abs(bench.best_gain() - gain), 1);
+  EXPECT_EQ(bench.best_gain_of_coils(), gain_of_coils);
 }
 
 TEST(HookSearch, OneCoilOfTheLastPartIsNotEnough) {
