@@ -95,6 +95,7 @@ std::string command_of(const SimulatedRun& run) {
     text << (i == 0 ? " --hook-arcs " : ",") << run.hook_arcs_mm[i];
   }
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
+  if (run.tip_stiffness != 0) text << " --tip-stiffness " << run.tip_stiffness;
   if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.undisturbed) text << " --undisturbed";
   if (run.tells_marks) text << " --tell-marks";
@@ -227,6 +228,10 @@ Scenario scenario_of(const SimulatedRun& run) {
                                 {run.hook_radius_mm, run.hook_length_mm, run.hook_arcs_mm});
   if (run.tip_coil_mm > 0) {
     scenario.room.instruments.front().coils.front().offset_from_tip_mm = run.tip_coil_mm;
+  }
+  if (run.tip_stiffness > 0) {
+    scenario.catheter.tip_bending_stiffness_N_mm2 =
+        run.tip_stiffness * scenario.catheter.bending_stiffness_N_mm2;
   }
   if (!run.vessel.empty()) {
     scenario = in_vessel(std::move(scenario), run.vessel);

@@ -24,14 +24,15 @@ struct SimulatedRun {
   double hook_length_mm = 0;           ///< 0: see HookChoice
   std::vector<double> hook_arcs_mm{};  ///< the same, see HookChoice
   double tip_coil_mm = 0;              ///< from the tip to the first coil; 0: as the preset has it
-  std::string panel{};          ///< what takes the pictures: see parse_panel(); empty: as the preset has it
-  bool tells_marks = false;     ///< the described room says where the catheter's electrodes are
-  bool undisturbed = false;     ///< see undisturbed() of scenario.hpp
-  int every = 1;                ///< only every so many-th exposure
-  double rate_hz = 0;           ///< exposures a second of the first view; 0: as the preset has it
-  int second_view_every = 0;    ///< second view with every so many-th of them; 0: as the preset has it
-  double swing_deg = 0;         ///< the first view swings by so much every 20 s; 0: as the preset has it
-  bool announces_pose = true;   ///< images of a view that moves say how it stood
+  double tip_stiffness = 0;    ///< of the bendable tip, as a multiple of the shaft's; 0: as the preset has it
+  std::string panel{};         ///< what takes the pictures: see parse_panel(); empty: as the preset has it
+  bool tells_marks = false;    ///< the described room says where the catheter's electrodes are
+  bool undisturbed = false;    ///< see undisturbed() of scenario.hpp
+  int every = 1;               ///< only every so many-th exposure
+  double rate_hz = 0;          ///< exposures a second of the first view; 0: as the preset has it
+  int second_view_every = 0;   ///< second view with every so many-th of them; 0: as the preset has it
+  double swing_deg = 0;        ///< the first view swings by so much every 20 s; 0: as the preset has it
+  bool announces_pose = true;  ///< images of a view that moves say how it stood
   double pose_noise_deg = 0.1;  ///< of what they say then, standard deviation
   double pose_noise_mm = 1;
   double pan_mm = 0;                    ///< the table pans by so much, once

@@ -22,6 +22,8 @@ RoomDescription room_description(const CheckedTable& file, Problems& problems);
 
 /// What one [[instrument]] says of its tip while nothing bends it; its keys are read.
 void check_rest_shape(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems);
+/// That its stiffness is of pieces that the instrument has.
+void check_stiffness(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems);
 
 /// The C-arms of its cameras, as the room has placed them.
 std::vector<std::optional<CArm>> c_arms(const CheckedTable& file);

@@ -50,6 +50,32 @@ std::string fault_of_arcs(const std::vector<double>& numbers, const LeastRadius&
   return fault_of_turns(curve);
 }
 
+/// What is wrong with the stiffness of its pieces; empty: nothing.
+std::string fault_of_stiffness(const InstrumentDescription& instrument) {
+  if (instrument.stiffness.size() % 2 != 0) {
+    return "expected pairs of length and stiffness, found " + std::to_string(instrument.stiffness.size()) +
+           " numbers";
+  }
+  const StiffnessProfile profile = instrument.stiffness_profile();
+  for (std::size_t i = 0; i < profile.pieces.size(); ++i) {
+    const StiffnessProfile::Piece& piece = profile.pieces[i];
+    const std::string which = "piece " + std::to_string(i + 1) + ": expected ";
+    if (piece.length_mm < kMinStiffnessPiece_mm) {
+      return which + "a length of " + to_toml(kMinStiffnessPiece_mm) + " mm or more, found " +
+             to_toml(piece.length_mm);
+    }
+    if (piece.times > kMaxStiffness) {
+      return which + "a stiffness of " + to_toml(kMaxStiffness) + " times the shaft's or less, found " +
+             to_toml(piece.times);
+    }
+  }
+  if (profile.length_mm() >= instrument.length_mm) {
+    return "expected less than the instrument's length_mm, " + to_toml(instrument.length_mm) +
+           " mm, in all, found " + to_toml(profile.length_mm());
+  }
+  return "";
+}
+
 void check_keys_of_rest_shape(const CheckedTable& table, RestShape rest_shape, Problems& problems) {
   struct KeyOfShape {
     const char* key;
@@ -107,6 +133,12 @@ void check_rest_shape(const CheckedTable& table, const InstrumentDescription& in
     refuse(key, "expected less than the instrument's length_mm, " + to_toml(instrument.length_mm) +
                     " mm, found " + to_toml(bent_mm));
   }
+}
+
+void check_stiffness(const CheckedTable& table, const InstrumentDescription& instrument, Problems& problems) {
+  if (!table.sound("stiffness") || !table.has("stiffness")) return;
+  const std::string fault = fault_of_stiffness(instrument);
+  if (!fault.empty()) problems.push_back({table.at("stiffness").position, table.path_of("stiffness"), fault});
 }
 
 }  // namespace tubed

@@ -191,6 +191,7 @@ InstrumentDescription instrument_description(const CheckedTable& table, Problems
   check_coil_sensors(table, problems);
   check_expected_tools(table, problems);
   check_rest_shape(table, instrument, problems);
+  check_stiffness(table, instrument, problems);
   check_marks(table, instrument, problems);
   return instrument;
 }

@@ -16,10 +16,12 @@ GaussianPrior nothing_known(Eigen::Index columns) {
 
 ShapeBeginning::ShapeBeginning(const EstimatorSettings& settings, const InstrumentDescription& instrument)
     : max_iterations_(settings.iterations),
-      solver_(settings, instrument.length_mm),
+      solver_(settings, instrument),
       map_(settings, instrument.length_mm, static_cast<int>(instrument.coils.size()),
            TubeMotion::column_count_of_motion(instrument.length_mm)),
-      prior_(nothing_known(map_.columns().count())) {}
+      prior_(nothing_known(map_.columns().count())) {
+  map_.set_stiffness(instrument.stiffness_profile());
+}
 
 void ShapeBeginning::set_rest(RestHook* hook) {
   solver_.set_rest(hook);

@@ -11,7 +11,7 @@ SingleFrameEstimator::SingleFrameEstimator(const EstimatorSettings& settings,
       instrument_(instrument),
       T_world_em_(room.T_world_em),
       registered_(room.registered),
-      solver_(settings, instrument.length_mm),
+      solver_(settings, instrument),
       views_(settings, instrument, room) {}
 
 void SingleFrameEstimator::reset() noexcept {

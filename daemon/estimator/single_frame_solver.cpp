@@ -16,14 +16,17 @@ constexpr double kMaxPull = 8;
 
 }  // namespace
 
-SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings, double length_mm)
+SingleFrameSolver::SingleFrameSolver(const EstimatorSettings& settings,
+                                     const InstrumentDescription& instrument)
     : settings_(settings),
-      map_(settings, length_mm),
+      map_(settings, instrument.length_mm),
       C_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
       C_em_(C_),
       bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_without_(C_),
-      mirror_test_(C_.cols()) {}
+      mirror_test_(C_.cols()) {
+  map_.set_stiffness(instrument.stiffness_profile());
+}
 
 bool SingleFrameSolver::solve_em(CoilObservations& coils, TubeEstimate& estimate) {
   bending_.setOnes();

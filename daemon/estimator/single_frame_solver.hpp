@@ -26,7 +26,7 @@ enum class Asked {
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.
 class SingleFrameSolver {
  public:
-  SingleFrameSolver(const EstimatorSettings& settings, double length_mm);
+  SingleFrameSolver(const EstimatorSettings& settings, const InstrumentDescription& instrument);
 
   /// With fewer usable coils nobody can say that one contradicts the others.
   static constexpr int kMinForMajority = 4;

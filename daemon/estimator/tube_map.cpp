@@ -49,8 +49,15 @@ TubeMap::TubeMap(const EstimatorSettings& settings, double length_mm, int coils_
       nodes_.push_back(spline_.basis(node_places_mm_.back()));
     }
   }
-  bending_ = Eigen::VectorXd::Ones(bending_node_count());
-  bending_by_itself_ = bending_by_itself(spline_.coefficient_count() - 3);
+  bending_.softness = bending_.factors = Eigen::VectorXd::Ones(bending_node_count());
+  bending_.by_itself = bending_by_itself(spline_.coefficient_count() - 3);
+}
+
+void TubeMap::set_stiffness(const StiffnessProfile& stiffness) {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    bending_.softness[static_cast<Eigen::Index>(i)] = 1 / stiffness.at(node_places_mm_[i]);
+  }
+  bending_.factors = bending_.softness;
 }
 
 template <typename Sum>
@@ -104,12 +111,12 @@ void TubeMap::add_bending(const Eigen::Matrix3Xd& C, RestHook::Binormal binormal
   const std::size_t begin = hook_ == nullptr ? 0 : 2 * static_cast<std::size_t>(hook_->segment_count());
   for (std::size_t i = begin; i < nodes_.size(); ++i) {
     const CubicBasis& basis = nodes_[i];
-    const double weight = std::sqrt(usual / bending_[static_cast<Eigen::Index>(i)]);
+    const double weight = std::sqrt(usual / bending_.factors[static_cast<Eigen::Index>(i)]);
     const Eigen::Vector3d second = combine(C, basis.first, basis.second_derivative);
     sum.add_isotropic(basis.first, basis.second_derivative, weight, second * weight);
   }
   if (hook_ != nullptr) {
-    hook_->weigh(settings_.bending_q_per_mm, bending_);
+    hook_->weigh(settings_.bending_q_per_mm, bending_.factors);
     if (binormal == RestHook::Binormal::kFree) hook_->fit_binormal(C);
     hook_->add_bending(C, binormal, sum);
   }
@@ -252,7 +259,7 @@ void TubeMap::expect_bending(const Eigen::Matrix3Xd& C, Eigen::VectorXd& factors
     const double part_along = along.dot(second);
     const double square =
         second.squaredNorm() - part_along * part_along + covariance.trace() - along.dot(covariance * along);
-    factors[node] = scale * square / bending_by_itself_[node];
+    factors[node] = scale * square / (bending_.by_itself[node] * bending_.softness[node]);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "daemon/estimator/images/prepared_lines.hpp"
 #include "daemon/estimator/tip/rest_hook.hpp"
 #include "daemon/model/uniform_cubic_bspline.hpp"
+#include "drivers/interface/stiffness_profile.hpp"
 
 namespace tubed {
 
@@ -58,9 +59,16 @@ class TubeMap {
   /// Multiplies sigma_strain of the settings from here on.
   void set_strain_slack(double factor) { sigma_.strain_factor = factor; }
 
-  /// Multiplies bending_q_per_mm of the settings from here on, at each node of the integral of Eq. (13): ones
-  /// until then, bending_node_count() of them, from the tip on.
-  void set_bending(const Eigen::VectorXd& factors) { bending_ = factors; }
+  /// The catheter is made so stiff, from here on; until then as stiff everywhere. The integrand of Eq. (13)
+  /// is the energy of bending, E I |zeta''|^2 / 2: bending_q_per_mm of the settings is divided by the
+  /// stiffness at each node. Sets the factors of set_bending() to one.
+  void set_stiffness(const StiffnessProfile& stiffness);
+
+  /// Multiplies bending_q_per_mm of the settings, beside the stiffness, from here on, at each node of the
+  /// integral of Eq. (13): ones until then, bending_node_count() of them, from the tip on.
+  void set_bending(const Eigen::VectorXd& factors) {
+    bending_.factors = factors.cwiseProduct(bending_.softness);
+  }
 
   /// Bending is measured from this hook from here on, which belongs to the caller and whose binormal follows
   /// the shape; nullptr: from a straight tube. At a beginning its binormal is where refine() starts.
@@ -127,6 +135,12 @@ class TubeMap {
     double tangent;
     double strain_factor = 1;  ///< of the settings'
   };
+  /// At each of nodes_, by which bending_q_per_mm of the settings is multiplied.
+  struct Bending {
+    Eigen::VectorXd softness;   ///< one divided by the stiffness
+    Eigen::VectorXd factors;    ///< that, and what is learnt
+    Eigen::VectorXd by_itself;  ///< what expect_bending() divides by: more at the ends
+  };
   /// What linearise() and cost_at() ask, beside lines_.
   struct Measurements {
     const CoilObservations& coils;
@@ -152,8 +166,7 @@ class TubeMap {
   TubeColumns columns_;
   std::vector<CubicBasis> nodes_;  ///< of the integrals over arc length
   std::vector<double> node_places_mm_;
-  Eigen::VectorXd bending_;            ///< at each of them
-  Eigen::VectorXd bending_by_itself_;  ///< what expect_bending() divides by: more at the ends
+  Bending bending_;
   PreparedLines lines_;
   NormalEquations equations_;
   Eigen::Matrix3Xd step_;

@@ -12,6 +12,7 @@
 #include "drivers/interface/reference_description.hpp"
 #include "drivers/interface/registration_quality.hpp"
 #include "drivers/interface/rest_curve.hpp"
+#include "drivers/interface/stiffness_profile.hpp"
 #include "idl/estimate.hpp"
 #include "idl/geometry/camera.hpp"
 #include "idl/geometry/rigid_transform.hpp"
@@ -87,10 +88,14 @@ struct InstrumentDescription {
   double hook_radius_mm = 0;           ///< of a hook's circle; 0: there is none
   double hook_length_mm = 0;           ///< from the tip, along the catheter
   std::vector<double> rest_arcs_mm{};  ///< length and radius of each arc, see RestCurve::from_pairs()
+  std::vector<double>
+      stiffness{};  ///< of pieces, see StiffnessProfile::from_pairs(); empty: everywhere the same
   /// Middles of dark bands that images show across it, such as electrodes and marker bands, arc length from
   /// the tip, ascending; each mark_length_mm long.
   std::vector<double> marks_mm{};
   double mark_length_mm = 1.3;
+
+  [[nodiscard]] StiffnessProfile stiffness_profile() const { return StiffnessProfile::from_pairs(stiffness); }
 
   /// The bent tip that the configuration tells of; without arcs where it tells of none.
   [[nodiscard]] RestCurve rest_curve() const {
@@ -145,6 +150,14 @@ inline BoundKeys<InstrumentDescription> instrument_keys() {
                        "side. Each radius is half of diameter_mm or more, all together turn twice at most. "
                        "`tubectl calibrate tip` finds them in a drawing"),
           std::vector<double>{8, 0, 14, 8, 12, 0, 20, -25}),
+      key::optional(
+          key::numbers(
+              "stiffness", &S::stiffness, "", {kMinStiffness, 500}, {2, 2 * kMaxStiffnessPieces},
+              "of a catheter that is not equally stiff everywhere: length in mm and bending stiffness of "
+              "each "
+              "piece from the tip on, one after the other, the stiffness as a multiple of the shaft's, which "
+              "is 1 and follows behind the last piece; left out = as stiff everywhere"),
+          std::vector<double>{20, 0.2, 60, 0.6}),
       key::optional(
           key::numbers(
               "marks_mm", &S::marks_mm, "mm", {0, 2000}, {0, kMaxMarks},

@@ -134,6 +134,10 @@ void add_tip_options(CommandLine& verb, SimulatedRun& run) {
   verb.add_option("--tip-coil", run.tip_coil_mm,
                   "The first coil lies so many mm behind the tip (default: as the preset has it, 10)")
       .in_range(0.5, 60.0);
+  verb.add_option("--tip-stiffness", run.tip_stiffness,
+                  "Bending stiffness of the tip's last 50 mm, as a multiple of the shaft's (default: as the "
+                  "preset has it, 0.5)")
+      .in_range(0.05, 5.0);
 }
 
 void add_picture_options(CommandLine& verb, SimulatedRun& run) {

@@ -10,8 +10,9 @@ constexpr int kUpdateIterations = 3;
 
 }  // namespace
 
-CoefficientUpdate::CoefficientUpdate(const EstimatorSettings& settings, double length_mm, int column_count)
-    : map_(settings, length_mm),
+CoefficientUpdate::CoefficientUpdate(const EstimatorSettings& settings,
+                                     const InstrumentDescription& instrument, int column_count)
+    : map_(settings, instrument.length_mm),
       coefficients_(Eigen::Matrix3Xd::Zero(3, settings.coefficient_count)),
       prior_{Eigen::MatrixXd::Zero(coefficients_.size(), coefficients_.size()), coefficients_},
       cholesky_(coefficients_.size()),
@@ -21,6 +22,7 @@ CoefficientUpdate::CoefficientUpdate(const EstimatorSettings& settings, double l
       departure_(Eigen::VectorXd::Zero(coefficients_.size())),
       information_times_departure_(departure_) {
   map_.set_strain_slack(kStrainSlack);
+  map_.set_stiffness(instrument.stiffness_profile());
 }
 
 bool CoefficientUpdate::begin(const TubeGaussian& tube, const Eigen::VectorXd& bending,

@@ -16,7 +16,8 @@ namespace tubed {
 class CoefficientUpdate {
  public:
   /// `column_count` of the TubeGaussian.
-  CoefficientUpdate(const EstimatorSettings& settings, double length_mm, int column_count);
+  CoefficientUpdate(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                    int column_count);
 
   /// Bending is measured from this hook: TubeMap::set_rest().
   void set_rest(RestHook* hook) { map_.set_rest(hook); }

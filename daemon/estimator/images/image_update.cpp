@@ -22,7 +22,7 @@ ImageUpdate::ImageUpdate(const EstimatorSettings& settings, const InstrumentDesc
                          const RoomDescription& room, int column_count)
     : max_iterations_(settings.iterations),
       views_(settings, instrument, room),
-      coefficients_(settings, instrument.length_mm, column_count),
+      coefficients_(settings, instrument, column_count),
       mirror_test_(settings.coefficient_count),
       predicted_(Eigen::Matrix3Xd::Zero(3, column_count)) {}
 

@@ -45,6 +45,7 @@ HookSearch::HookSearch(const Part& part, const RoomDescription& room)
       bending_(Eigen::VectorXd::Ones(map_.bending_node_count())),
       C_coils_(Eigen::Matrix3Xd::Zero(3, part.settings.coefficient_count)) {
   map_.set_strain_slack(kStrainSlack);
+  map_.set_stiffness(part.instrument.stiffness_profile());
   straight_.C = hooked_.C = C_coils_;
 }
 

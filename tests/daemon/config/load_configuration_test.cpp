@@ -76,6 +76,15 @@ TEST(LoadConfiguration, ATipIsUnknownUnlessItIsSaidWhatItIsLike) {
   EXPECT_EQ(instrument("").rest_curve(), RestCurve{});
 }
 
+TEST(LoadConfiguration, StiffnessIsOfPiecesFromTheTip) {
+  std::string text = base();
+  EXPECT_EQ(parse_configuration(text, "base.toml").room.instruments[0].stiffness_profile(),
+            StiffnessProfile{});
+  text.replace(text.find("diameter_mm"), 0, "stiffness = [20, 0.2, 60, 0.6]\n");
+  EXPECT_EQ(parse_configuration(text, "base.toml").room.instruments[0].stiffness_profile(),
+            (StiffnessProfile{{{20, 0.2}, {60, 0.6}}}));
+}
+
 TEST(LoadConfiguration, TheDigestIsTheSha256OfTheFile) {
   const fs::path file = fs::temp_directory_path() / "tubed-digest-test.toml";
   std::ofstream(file) << base();

@@ -19,7 +19,8 @@ constexpr int kFurther = 4;
 struct CoefficientBench {
   CoefficientBench()
       : tube(EstimatorSettings{}.coefficient_count + kFurther),
-        update(EstimatorSettings{}, 380, EstimatorSettings{}.coefficient_count + kFurther),
+        update(EstimatorSettings{}, one_view_room().instruments.front(),
+               EstimatorSettings{}.coefficient_count + kFurther),
         bending(Eigen::VectorXd::Ones(update.map().bending_node_count())) {
     std::srand(5);
     const Eigen::Index n = EstimatorSettings{}.coefficient_count;

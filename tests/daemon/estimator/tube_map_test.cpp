@@ -154,6 +154,54 @@ TEST(TubeMap, MinimumIsTheOneCeresFindsOnTheSameResiduals) {
   }
 }
 
+// Eq. (13) is the energy of bending: a piece that is half as stiff is as one whose q is twice as large.
+TEST(TubeMap, StiffnessDividesTheVarianceOfBending) {
+  const CoilObservations coils = coils_of(one_view_room(), 4, 3);
+  const auto solve = [&](TubeMap& map) {
+    Eigen::Matrix3Xd C(3, EstimatorSettings{}.coefficient_count);
+    bool converged = false;
+    EXPECT_TRUE(map.solve_linear(coils, C));
+    map.refine(coils, {}, nullptr, 20, C, converged);
+    return C;
+  };
+  TubeMap made(EstimatorSettings{}, 380);
+  made.set_stiffness(StiffnessProfile::from_pairs({60, 0.25, 80, 2}));
+  Eigen::VectorXd factors(made.bending_node_count());
+  for (Eigen::Index i = 0; i < factors.size(); ++i) {
+    const double s_mm = (static_cast<double>(i / 2) + (i % 2 == 0 ? 0.2113248654 : 0.7886751346)) *
+                        made.spline().spacing_mm();
+    factors[i] = s_mm < 60 ? 4 : (s_mm < 140 ? 0.5 : 1);
+  }
+  TubeMap told(EstimatorSettings{}, 380);
+  told.set_bending(factors);
+  const Eigen::Matrix3Xd C = solve(made);
+  EXPECT_LT((C - solve(told)).cwiseAbs().maxCoeff(), 1e-9);
+  TubeMap uniform(EstimatorSettings{}, 380);
+  EXPECT_GT((C - solve(uniform)).cwiseAbs().maxCoeff(), 0.05);
+}
+
+// What is learnt comes beside it: where a tube bends as its stiffness has it nothing is left to be learnt.
+TEST(TubeMap, WhatIsExpectedOfBendingIsBesideTheStiffness) {
+  const CoilObservations coils = coils_of(one_view_room(), 4, 3);
+  Eigen::Matrix3Xd C(3, EstimatorSettings{}.coefficient_count);
+  bool converged = false;
+  TubeMap made(EstimatorSettings{}, 380);
+  made.set_stiffness(StiffnessProfile::from_pairs({140, 0.25}));
+  TubeMap told(EstimatorSettings{}, 380);
+  Eigen::VectorXd factors = Eigen::VectorXd::Ones(made.bending_node_count());
+  factors.head(17).setConstant(4);  // eight segments and a half of 16.5 mm
+  told.set_bending(factors);
+  ASSERT_TRUE(made.solve_linear(coils, C));
+  made.refine(coils, {}, nullptr, 20, C, converged);
+  ASSERT_TRUE(made.invert_at(coils, {}, nullptr, C));
+  ASSERT_TRUE(told.invert_at(coils, {}, nullptr, C));
+  Eigen::VectorXd expected_made(factors.size());
+  Eigen::VectorXd expected_told(factors.size());
+  made.expect_bending(C, expected_made);
+  told.expect_bending(C, expected_told);
+  EXPECT_LT((expected_made.cwiseProduct(factors) - expected_told).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST(TubeMap, OneCoilIsNotEnough) {
   const RoomDescription room = one_view_room();
   CoilObservations coils = coils_of(room, 0, 1);
