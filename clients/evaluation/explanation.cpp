@@ -63,6 +63,28 @@ UniformCubicBSpline spline_of(const TubeEstimate& estimate) {
   return {static_cast<int>(estimate.coefficient_count), static_cast<double>(estimate.length_mm)};
 }
 
+/// What holds the published point next to s_mm.
+std::uint32_t held_by_at(double s_mm, const TubeEstimate& estimate) {
+  if (estimate.point_count < 2 || !(estimate.length_mm > 0)) return 0;
+  const double last = static_cast<double>(estimate.point_count) - 1;
+  const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm), 0.0, 1.0) * last;
+  return estimate.points[static_cast<std::size_t>(std::lround(place))].held_by;
+}
+
+std::vector<Eigen::Vector2d> marks_of(const Camera& camera, const TubeEstimate& estimate,
+                                      const InstrumentDescription& instrument) {
+  std::vector<Eigen::Vector2d> marks_px;
+  if (estimate.coefficient_count < 4) return marks_px;
+  const Eigen::Matrix3Xd C = coefficients_of(estimate);
+  const UniformCubicBSpline spline = spline_of(estimate);
+  for (const double mark_mm : instrument.marks_mm) {
+    const CubicBasis basis = spline.basis(mark_mm);
+    const auto here = camera.project(combine(C, basis.first, basis.value));
+    if (here && camera.contains(here->p_image_px)) marks_px.push_back(here->p_image_px);
+  }
+  return marks_px;
+}
+
 void search_lines(const Camera& camera, Explanation& explanation) {
   const TubeEstimate& before = explanation.before;
   if (before.coefficient_count < 4) {
@@ -182,6 +204,7 @@ ProjectedTube project(const Camera& camera, const TubeEstimate& estimate) {
   for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kPointSpacing_mm) {
     const CubicBasis basis = spline.basis(s_mm);
     add_point(camera, combine(C, basis.first, basis.value), static_cast<double>(estimate.radius_mm), tube);
+    if (tube.held_by.size() < tube.centreline_px.size()) tube.held_by.push_back(held_by_at(s_mm, estimate));
   }
   return tube;
 }
@@ -245,6 +268,7 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
   explanation.agreement = describe_agreement(explanation.after.agreement, instrument, sequence.room.cameras);
   explanation.predicted = project(camera, explanation.before);
   explanation.estimated = project(camera, explanation.after);
+  explanation.marks_px = marks_of(camera, explanation.after, instrument);
   if (const SequenceTruth* truth = find_truth(sequence, row.frame)) {
     explanation.truth.emplace();
     for (Eigen::Index i = 0; i < truth->points_world_mm.cols(); ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,7 +22,8 @@ namespace tubed {
 /// A tube in one image: its centreline, tip first; parts behind the source are left out.
 struct ProjectedTube {
   std::vector<Eigen::Vector2d> centreline_px;
-  std::vector<double> half_width_px;  ///< as many
+  std::vector<double> half_width_px;   ///< as many
+  std::vector<std::uint32_t> held_by;  ///< as many, CentrelinePoint::held_by; empty: of no estimate
 };
 
 /// One image and everything about it. Allocates.
@@ -38,6 +40,7 @@ struct Explanation {
   ProjectedTube predicted;             ///< of `before`
   ProjectedTube estimated;             ///< of `after`
   std::optional<ProjectedTube> truth;  ///< where the sequence tells it
+  std::vector<Eigen::Vector2d> marks_px;  ///< where the estimated shape has the instrument's marks, in view
 
   int reach_px = 0;           ///< of the lines to either side
   LineLayout layout{100.0};   ///< of the lines

@@ -19,7 +19,11 @@ constexpr double kLetters = 0.6;
 const cv::Scalar kPaper(255, 255, 255);  // blue, green, red
 const cv::Scalar kInk(30, 30, 30);
 const cv::Scalar kPredicted(0, 200, 255);
-const cv::Scalar kEstimated(80, 220, 60);
+const cv::Scalar kByCoilAndImage(80, 220, 60);
+const cv::Scalar kByImage(230, 170, 0);
+const cv::Scalar kByCoil(40, 140, 255);
+const cv::Scalar kByNothing(70, 70, 255);
+const cv::Scalar kMark(255, 60, 160);
 const cv::Scalar kTruth(255, 120, 255);
 const cv::Scalar kReach(190, 160, 90);
 const cv::Scalar kAgrees(255, 230, 60);
@@ -87,8 +91,17 @@ void draw_dashed(Panel& panel, const ProjectedTube& tube, double dash_px, const 
   }
 }
 
-/// Both edges, so that what lies between stays visible; a ring at the tip.
-void draw_edges(Panel& panel, const ProjectedTube& tube, const cv::Scalar& colour) {
+const cv::Scalar& colour_of(std::uint32_t held_by) {
+  const bool by_coil = (held_by & kHeldByCoil) != 0;
+  const bool by_image = (held_by & kHeldByImage) != 0;
+  if (by_coil && by_image) return kByCoilAndImage;
+  if (by_image) return kByImage;
+  return by_coil ? kByCoil : kByNothing;
+}
+
+/// Both edges, so that what lies between stays visible, in the colour of what holds each point; a ring at the
+/// tip.
+void draw_edges(Panel& panel, const ProjectedTube& tube) {
   const std::size_t count = tube.centreline_px.size();
   if (count < 2) {
     return;
@@ -102,15 +115,27 @@ void draw_edges(Panel& panel, const ProjectedTube& tube, const cv::Scalar& colou
       edge.push_back(panel.at(tube.centreline_px[i] +
                               side * (tube.half_width_px[i] + 1) * Eigen::Vector2d(-along.y(), along.x())));
     }
-    cv::polylines(panel.picture, edge, false, colour, 1, cv::LINE_AA);
+    for (std::size_t i = 0; i + 1 < count; ++i) {
+      cv::line(panel.picture, edge[i], edge[i + 1], colour_of(tube.held_by[i]), 1, cv::LINE_AA);
+    }
   }
   cv::circle(panel.picture, panel.at(tube.centreline_px.front()),
-             static_cast<int>(std::lround(panel.scale * 5)), colour, 1, cv::LINE_AA);
+             static_cast<int>(std::lround(panel.scale * 5)), colour_of(tube.held_by.front()), 1, cv::LINE_AA);
+}
+
+/// Small squares, so that the dark band beneath stays visible.
+void draw_marks(Panel& panel, const Explanation& explanation) {
+  const int half = static_cast<int>(std::lround(panel.scale * 4));
+  for (const Eigen::Vector2d& mark_px : explanation.marks_px) {
+    const cv::Point at = panel.at(mark_px);
+    cv::rectangle(panel.picture, {at.x - half, at.y - half, 2 * half, 2 * half}, kMark, 1, cv::LINE_AA);
+  }
 }
 
 void draw_tubes(Panel& panel, const Explanation& explanation) {
   draw_dashed(panel, explanation.predicted, 6, kPredicted);
-  draw_edges(panel, explanation.estimated, kEstimated);
+  draw_edges(panel, explanation.estimated);
+  draw_marks(panel, explanation);
   if (explanation.truth) {
     draw_dashed(panel, *explanation.truth, 1.5, kTruth);
   }
@@ -189,7 +214,14 @@ struct LegendEntry {
 std::vector<LegendEntry> legend_of(const Explanation& explanation) {
   std::vector<LegendEntry> entries{
       {kPredicted, "dashed: predicted, from coils and what was known, without this image"},
-      {kEstimated, "edges and ring at the tip: estimated, as published"}};
+      {kByCoilAndImage,
+       "edges and ring at the tip: estimated, as published; this colour: held by a coil and the image"},
+      {kByImage, "held by the image alone"},
+      {kByCoil, "held by a coil alone"},
+      {kByNothing, "held by neither: the tube's stiffness carries it"}};
+  if (!explanation.marks_px.empty()) {
+    entries.push_back({kMark, "squares: where the shape has the instrument's marks"});
+  }
   if (explanation.truth) {
     entries.push_back({kTruth, "dotted: true centreline"});
   }

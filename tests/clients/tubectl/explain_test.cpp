@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -104,6 +105,52 @@ TEST_F(Explain, TheSheetMarksWhatALineFoundWhereItFoundIt) {
   for (const double x_px : marked_px) EXPECT_NEAR(x_px, kRidge_px, 2.5);
 }
 
+/// Rows of the lines' picture in which something is of that colour (blue, green, red), as arc lengths, mm.
+std::vector<double> arc_lengths_of(const cv::Mat& lines, const cv::Vec3b& colour) {
+  std::vector<double> s_mm;
+  for (int y = 0; y < lines.rows; ++y) {
+    for (int x = 0; x < lines.cols; ++x) {
+      const cv::Vec3i off = cv::Vec3i(lines.at<cv::Vec3b>(y, x)) - cv::Vec3i(colour);
+      if (std::max({std::abs(off[0]), std::abs(off[1]), std::abs(off[2])}) < 12) {
+        s_mm.push_back(y / 4.0);
+        break;
+      }
+    }
+  }
+  return s_mm;
+}
+
+// The coil lies 10 mm from the tip, and holds 30 mm to either side.
+TEST_F(Explain, TheEdgesAreOfTheColourOfWhatHoldsThem) {
+  const Explanation explanation = explained(0);
+  ASSERT_EQ(explanation.estimated.held_by.size(), explanation.estimated.centreline_px.size());
+  EXPECT_EQ(explanation.estimated.held_by[20], kHeldByCoil | kHeldByImage);
+  EXPECT_EQ(explanation.estimated.held_by[100], kHeldByImage);
+  EXPECT_EQ(explanation.estimated.held_by[250], 0U) << "below the image";
+
+  const cv::Mat lines = draw_lines(explanation);
+
+  const std::vector<double> by_both = arc_lengths_of(lines, {80, 220, 60});
+  const std::vector<double> by_image = arc_lengths_of(lines, {230, 170, 0});
+  ASSERT_GT(by_both.size(), 20U);
+  ASSERT_GT(by_image.size(), 20U);
+  EXPECT_LT(by_both.back(), 44);
+  EXPECT_GT(by_image.front(), 36);
+}
+
+TEST_F(Explain, MarksAreWhereTheShapeHasThem) {
+  Sequence sequence = read_sequence(folder_.path());
+  sequence.room.instruments.front().marks_mm = {20, 60, 300};
+  EstimatorSettings settings;
+  settings.mode = EstimatorMode::kJoint;
+  const Explanation explanation = explain_image(sequence, {0, ""}, settings, FrangiSettings{});
+  ASSERT_EQ(explanation.marks_px.size(), 2U) << "the third is out of the image";
+  EXPECT_NEAR(explanation.marks_px[0].y(), 20, 1.5);
+  EXPECT_NEAR(explanation.marks_px[1].y(), 60, 1.5);
+  EXPECT_GT(arc_lengths_of(draw_lines(explanation), {255, 60, 160}).size(), 7U);
+  EXPECT_TRUE(explained(0).marks_px.empty());
+}
+
 TEST_F(Explain, AnInstantWithoutFluoroscopyIsExplainedInWords) {
   const Explanation explanation = explained(1);
 
@@ -144,6 +191,7 @@ TEST_F(Explain, WordsOfAnyLengthRunIntoNothingElse) {
             "coils and images agree (as stated 97 %): seen off by 0.6 mm and 0.3 "
             "degrees together, may be by 0.8 and 0.5; 0.1 mm along the tube, 2 ms"}) {
     explanation.agreement = words;
+    for (int i = 0; i < 4; ++i) explanation.agreement += " " + words;
     const cv::Mat many = draw_sheet(explanation);
 
     EXPECT_EQ(cv::norm(legend_of(few, explanation), legend_of(many, explanation), cv::NORM_INF), 0) << words;
