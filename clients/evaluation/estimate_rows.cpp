@@ -19,11 +19,6 @@ double place_of(const TubeEstimate& estimate, double s_mm) {
   return std::clamp(s_mm / static_cast<double>(estimate.length_mm) * last, 0.0, last);
 }
 
-// Of the point that is nearest.
-std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm) {
-  return estimate.points[static_cast<std::size_t>(std::lround(place_of(estimate, s_mm)))].held_by;
-}
-
 Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
   const double place = place_of(estimate, s_mm);
   const auto left =
@@ -39,6 +34,10 @@ Covariance covariance_at(const TubeEstimate& estimate, double s_mm) {
 }
 
 }  // namespace
+
+std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm) {
+  return estimate.points[static_cast<std::size_t>(std::lround(place_of(estimate, s_mm)))].held_by;
+}
 
 Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate) {
   return Eigen::Map<const Eigen::Matrix3Xd>(estimate.coefficients_mm[0].data(), 3,

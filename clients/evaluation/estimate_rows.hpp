@@ -16,6 +16,9 @@ EstimatedShape shape_of(const TubeEstimate& estimate);
 /// Coefficients of the spline as a matrix, 3 x coefficient_count, mm, world.
 Eigen::Matrix3Xd coefficients_of(const TubeEstimate& estimate);
 
+/// CentrelinePoint::held_by of the published point that is nearest to s_mm. Precondition: there is a shape.
+std::uint32_t held_by_at(const TubeEstimate& estimate, double s_mm);
+
 /// The header line.
 void write_estimate_header(std::ostream& out);
 

@@ -63,14 +63,6 @@ UniformCubicBSpline spline_of(const TubeEstimate& estimate) {
   return {static_cast<int>(estimate.coefficient_count), static_cast<double>(estimate.length_mm)};
 }
 
-/// What holds the published point next to s_mm.
-std::uint32_t held_by_at(double s_mm, const TubeEstimate& estimate) {
-  if (estimate.point_count < 2 || !(estimate.length_mm > 0)) return 0;
-  const double last = static_cast<double>(estimate.point_count) - 1;
-  const double place = std::clamp(s_mm / static_cast<double>(estimate.length_mm), 0.0, 1.0) * last;
-  return estimate.points[static_cast<std::size_t>(std::lround(place))].held_by;
-}
-
 std::vector<Eigen::Vector2d> marks_of(const Camera& camera, const TubeEstimate& estimate,
                                       const InstrumentDescription& instrument) {
   std::vector<Eigen::Vector2d> marks_px;
@@ -204,7 +196,7 @@ ProjectedTube project(const Camera& camera, const TubeEstimate& estimate) {
   for (double s_mm = 0; s_mm <= spline.length_mm(); s_mm += kPointSpacing_mm) {
     const CubicBasis basis = spline.basis(s_mm);
     add_point(camera, combine(C, basis.first, basis.value), static_cast<double>(estimate.radius_mm), tube);
-    if (tube.held_by.size() < tube.centreline_px.size()) tube.held_by.push_back(held_by_at(s_mm, estimate));
+    if (tube.held_by.size() < tube.centreline_px.size()) tube.held_by.push_back(held_by_at(estimate, s_mm));
   }
   return tube;
 }
