@@ -9,6 +9,17 @@
 
 namespace tubed {
 
+namespace {
+
+// Not of the instrument: what is said then moves all of the tube.
+bool is_of_the_room(const EmImageAgreement& agreement) {
+  const Discord explanation = agreement.explanation;
+  return agreement.disagree &&
+         (explanation == Discord::kRegistration || explanation == Discord::kMagnification);
+}
+
+}  // namespace
+
 EstimatorSettings PreshapedEstimator::settings_for_hooks(const EstimatorSettings& settings,
                                                          double length_mm) {
   EstimatorSettings denser = settings;
@@ -36,6 +47,7 @@ void PreshapedEstimator::reset() noexcept {
   straight_->reset();
   hooked_->reset();
   doubt_ = TipDoubt::kNone;
+  is_room_wrong_ = false;
 }
 
 CoilObservations PreshapedEstimator::observe(const Observation& observation) const {
@@ -47,6 +59,7 @@ void PreshapedEstimator::update(const Observation& observation, TubeEstimate& es
   const CoilObservations coils = observe(observation);
   active().update(observation, estimate);
   note_shape(estimate);
+  is_room_wrong_ = is_of_the_room(estimate.agreement);
   if (estimate.is_image_instant && estimate.has_image && estimate.point_count > 0) {
     note_views(observation, estimate);
   }
@@ -60,6 +73,8 @@ void PreshapedEstimator::update(const Observation& observation, TubeEstimate& es
 }
 
 void PreshapedEstimator::look_further(const Observation& observation) noexcept {
+  // Where the room is wrong coils and images contradict each other at the tip, too, whatever its shape.
+  if (is_room_wrong_) return;
   if (registered_ && observation.is_image_instant && tip_shape_.ask(observation, observe(observation))) {
     // What was bent by another rest shape than it has predicts nothing.
     hooked_->set_rest(tip_shape_.rest());

@@ -55,6 +55,7 @@ class PreshapedEstimator final : public Estimator {
   TipShape tip_shape_;
   Eigen::Matrix3Xd C_;                ///< of the newest shape with a hook
   TipDoubt doubt_ = TipDoubt::kNone;  ///< of the newest estimate
+  bool is_room_wrong_ = false;        ///< then: coils and images disagree everywhere
   std::unique_ptr<RestShapedEstimator> straight_;
   std::unique_ptr<RestShapedEstimator> hooked_;
 };

@@ -23,6 +23,8 @@ constexpr double kMemory = 0.15;  // share of the newest answer
 // Gains, chi^2 of the straight tip less that of the hook, means over rounds: measured with bench/tips.
 constexpr double kAdopted = 12;
 constexpr double kAdoptedAtOnce = 25;  // of two rounds
+constexpr double kToldByCoils =
+    15;                         // without images, of the first round: later a tip may have been bent by hand
 constexpr double kDropped = 4;  // an adopted hook: straight tips keep 2 to 3 where they were taken for one
 constexpr double kClearlyStraight = 0;
 constexpr double kUndecided = 8;
@@ -206,7 +208,7 @@ bool TipShape::decide() {
     if (active_ && is_sure && records_[*active_].mean_gain < kDropped) {
       active_.reset();
     } else if ((record.asked > 1 && record.gain > kAdoptedAtOnce) ||
-               (record.gain > kAdopted && record.best_gain_of_coils > kAdopted) ||
+               (record.asked == 1 && record.gain > kAdopted && record.best_gain_of_coils > kToldByCoils) ||
                (is_sure && record.mean_gain > kAdopted)) {
       active_ = best;
     }
