@@ -114,6 +114,46 @@ TEST(PreshapedEstimator, HooksAreAskedForAfterTheShape) {
   EXPECT_GT(bench.estimate->coefficient_count, 40U);
 }
 
+/// Says of every instant how coils and images agree, and counts them.
+class Saying final : public RestShapedEstimator {
+ public:
+  Saying(Discord explanation, int& instants) : explanation_(explanation), instants_(instants) {}
+  void update(const Observation& /*observation*/, TubeEstimate& estimate) noexcept override {
+    ++instants_;
+    estimate.agreement.disagree = explanation_ != Discord::kNone;
+    estimate.agreement.explanation = explanation_;
+  }
+  void reset() noexcept override {}
+  void set_rest(RestHook* /*hook*/) noexcept override {}
+
+ private:
+  Discord explanation_;
+  int& instants_;
+};
+
+/// Of a tight hook with a coil inside it, that nobody told of: instants with a straight tip and with a hook.
+std::array<int, 2> instants_while(Discord explanation) {
+  PreshapedBench bench({6, 14, 0}, 4, RestShape::kUnknown);
+  std::array<int, 2> instants{};
+  std::size_t made = 0;
+  bench.estimator = std::make_unique<PreshapedEstimator>(
+      bench.settings, bench.room.instruments.front(), bench.room, [&](const EstimatorSettings& /*settings*/) {
+        return std::make_unique<Saying>(explanation, instants.at(made++));
+      });
+  bench.measure_times(40);
+  return instants;
+}
+
+// Then they contradict each other at the tip, too, whatever its shape.
+TEST(PreshapedEstimator, WhileTheRoomIsWrongNobodyAsksForHooks) {
+  for (const Discord of_the_room : {Discord::kRegistration, Discord::kMagnification}) {
+    EXPECT_EQ(instants_while(of_the_room)[1], 0);
+  }
+  for (const Discord other : {Discord::kNone, Discord::kArcLengths, Discord::kCoil}) {
+    EXPECT_GT(instants_while(other)[1], 20);
+  }
+}
+
 TEST(PreshapedEstimator, ATipBeyondTheCoilsIsDoubtedFromTheFirstImageOn) {
   PreshapedBench bench({8, 0, 0}, 15, RestShape::kUnknown);
   bench.with_images = false;  // fluoroscopy is off at first
