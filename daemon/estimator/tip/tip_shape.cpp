@@ -23,8 +23,8 @@ constexpr double kMemory = 0.15;  // share of the newest answer
 // Gains, chi^2 of the straight tip less that of the hook, means over rounds: measured with bench/tips.
 constexpr double kAdopted = 12;
 constexpr double kAdoptedAtOnce = 25;  // of two rounds
-constexpr double kToldByCoils =
-    15;                         // without images, of the first round: later a tip may have been bent by hand
+// Without images, of the first round: later a tip may have been bent by hand.
+constexpr double kToldByCoils = 15;
 constexpr double kDropped = 4;  // an adopted hook: straight tips keep 2 to 3 where they were taken for one
 constexpr double kClearlyStraight = 0;
 constexpr double kUndecided = 8;
