@@ -139,8 +139,9 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
         covariance_mm2 += way_mm * way_mm.transpose();
       }
       if (shape.agreement != nullptr) {
-        covariance_mm2 += shape.agreement->doubt(Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()),
-                                                 derivative.normalized(), shape.time);
+        covariance_mm2 += shape.agreement->doubt(
+            {s_mm, Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()), derivative.normalized()},
+            shape.time);
       }
       point.covariance_mm2 = upper_triangle(covariance_mm2);
     } else {

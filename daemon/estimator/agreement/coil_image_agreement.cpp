@@ -16,7 +16,6 @@ constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr double kEndSeen_mm = 0.6;  // nearer than that it is not known where the image has the end: 1 px
 constexpr double kEndContradicts_mm = 3;  // the shape is seen to end elsewhere, whatever explains it
 constexpr double kEndAgrees_mm = 2;
-constexpr double kHeld_mm = 0.15;  // what an image leaves open across itself
 constexpr double kHeldFor_s = 1;
 constexpr double kSharedShare = 0.7;         // of what stays of a coil's error, its neighbours' share
 constexpr double kBetterTracker = 0.5;       // of what stays, as likely as all of what the settings say
@@ -318,11 +317,11 @@ EmImageAgreement CoilImageAgreement::summary() const {
   return summary;
 }
 
-// The registration's error at p is [I, -[p - c]x] (shift, turn). An image holds the point across its rays to
-// kHeld_mm: with K the information of that, M becomes (K + M^-1)^-1 = M (I + K M)^-1.
-Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
-                                          const Eigen::Vector3d& tangent_world, MonotonicTime now) const {
+// The registration's error at p is [I, -[p - c]x] (shift, turn). An image holds the point across its rays:
+// with K the information of that, M becomes (K + M^-1)^-1 = M (I + K M)^-1.
+Eigen::Matrix3d CoilImageAgreement::doubt(const Place& place, MonotonicTime now) const {
   const CoilImageModel& model = seen_.model();
+  const Eigen::Vector3d& p_world_mm = place.p_world_mm;
   const Eigen::Vector3d r_mm =
       model.has_centre() ? Eigen::Vector3d(p_world_mm - model.centre_mm()) : Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
@@ -346,14 +345,14 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Eigen::Vector3d& p_world_mm,
     const RigidTransform& T_camera_world = view.camera->calibration().T_camera_world;
     const Eigen::Vector3d p_camera_mm = T_camera_world * p_world_mm;
     const Eigen::Vector3d ray = T_camera_world.linear().transpose() * p_camera_mm.normalized();
-    K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / squared(kHeld_mm);
+    K += (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / squared(view.held.sigma_mm(place.s_mm));
     const Eigen::Vector3d lateral = lateral_mm(*view.camera, p_world_mm);
     scaled += magnification_square_[i] * lateral * lateral.transpose();
   }
   M = M * (Eigen::Matrix3d::Identity() + K * M).inverse();
   const double beyond_tip_mm = seen_.beyond_tip_mm();
   const double along_mm2 = std::max(squared(beyond_tip_mm) - squared(kEndSeen_mm), 0.0);
-  return M + scaled + along_mm2 * tangent_world * tangent_world.transpose();
+  return M + scaled + along_mm2 * place.tangent_world * place.tangent_world.transpose();
 }
 
 }  // namespace tubed

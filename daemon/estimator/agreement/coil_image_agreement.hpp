@@ -55,12 +55,16 @@ class CoilImageAgreement {
   /// Both for those outside. Nothing was compared before the first shape that images confirmed.
   [[nodiscard]] EmImageAgreement summary() const;
 
-  /// What has to be added to the covariance (mm^2, world) of the tube's point p with the unit tangent t, for
-  /// a shape that knows of none of this. Before the
-  /// first shape that images confirmed, the registration's shift alone. What images held across themselves
-  /// within the last second is not doubted there.
-  [[nodiscard]] Eigen::Matrix3d doubt(const Eigen::Vector3d& p_world_mm, const Eigen::Vector3d& tangent_world,
-                                      MonotonicTime now) const;
+  /// A point of the tube.
+  struct Place {
+    double s_mm;  ///< from the tip
+    Eigen::Vector3d p_world_mm;
+    Eigen::Vector3d tangent_world;  ///< unit
+  };
+  /// What has to be added to the covariance (mm^2, world) there, for a shape that knows of none of this.
+  /// Before the first shape that images confirmed, the registration's shift alone. What images held across
+  /// themselves within the last second is not doubted there, as far as they held it (HeldAcross).
+  [[nodiscard]] Eigen::Matrix3d doubt(const Place& place, MonotonicTime now) const;
 
   void reset();
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNew_s = 0.13;     // after which an image brings as much as if there had been none before it
 constexpr double kMinNews = 1e-3;   // two images of an instant
-constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it
+constexpr double kAcross_mm = 0.3;  // how well the shape is known across an image that shows it, at best
 constexpr double kEnd_px = 2.5;     // how well the end of the tube is seen, along it
 constexpr double kEndMemory_s = 2;  // of how far the image's end lies beyond the shape's
 constexpr double kMinEndShare =
@@ -33,7 +33,9 @@ CoilImageEvidence::CoilImageEvidence(const InstrumentDescription& instrument, in
       end_row_(row_),
       room_row_(row_),
       sum_row_(row_),
-      contrast_(row_) {}
+      contrast_(row_),
+      views_(static_cast<std::size_t>(view_count),
+             {.camera = nullptr, .confirmed = {}, .held = HeldAcross(instrument.length_mm)}) {}
 
 void CoilImageEvidence::reset() {
   model_.reset();
@@ -43,7 +45,9 @@ void CoilImageEvidence::reset() {
   }
   is_out_ = {};
   end_row_.setZero();
-  views_ = {};
+  for (SeenView& view : views_) {
+    view.camera = nullptr;
+  }
   newest_ = MonotonicTime{};
   beyond_tip_mm_ = 0;
 }
@@ -57,7 +61,7 @@ void CoilImageEvidence::observe(const CoilObservations& coils, const ConfirmedSh
   keep_older();
   double news = 0;
   for (const ViewConstraints& view : shape.views) {
-    const std::optional<Sight> sight = look(*view.camera, shape.instant);
+    const std::optional<Sight> sight = look(view, shape);
     if (!sight) continue;
     news = std::max(news, sight->news);
     observe_across(coils, shape, view, *sight, noise_mm);
@@ -97,13 +101,15 @@ void CoilImageEvidence::forget(const ConfirmedShape& shape, double dt_s) {
 
 // Where a coil lies beside a shape hardly changes from image to image: of many images a second each brings
 // less.
-std::optional<CoilImageEvidence::Sight> CoilImageEvidence::look(const Camera& camera, MonotonicTime instant) {
+std::optional<CoilImageEvidence::Sight> CoilImageEvidence::look(const ViewConstraints& of,
+                                                                const ConfirmedShape& shape) {
   for (int i = 0; i < model_.view_count(); ++i) {
     SeenView& view = views_[static_cast<std::size_t>(i)];
-    if (view.camera == nullptr || view.camera == &camera) {
-      const double dt_s = view.camera == nullptr ? kNew_s : seconds_between(view.confirmed, instant);
-      view.camera = &camera;
-      view.confirmed = instant;
+    if (view.camera == nullptr || view.camera == of.camera) {
+      const double dt_s = view.camera == nullptr ? kNew_s : seconds_between(view.confirmed, shape.instant);
+      view.camera = of.camera;
+      view.confirmed = shape.instant;
+      view.held.record(of, shape);
       return Sight{i, std::clamp(dt_s / kNew_s, kMinNews, 1.0)};
     }
   }
@@ -114,6 +120,7 @@ std::optional<CoilImageEvidence::Sight> CoilImageEvidence::look(const Camera& ca
 // + magnification times the way from the principal point + noise, with `side` across the tube in the image.
 void CoilImageEvidence::observe_across(const CoilObservations& coils, const ConfirmedShape& shape,
                                        const ViewConstraints& view, const Sight& sight, double noise_mm) {
+  const HeldAcross& held = views_[static_cast<std::size_t>(sight.index)].held;
   for (int i = 0; i < coils.count; ++i) {
     const CoilObservation& coil = coils.coils[static_cast<std::size_t>(i)];
     if ((coil.state != CoilState::kUsed && coil.state != CoilState::kOutlier) || !view.shows(coil.s_mm)) {
@@ -143,7 +150,9 @@ void CoilImageEvidence::observe_across(const CoilObservations& coils, const Conf
     if (is_out_[index] && !is_out) retract(index);
     is_out_[index] = is_out;
     linear_.add(row_, side.dot(coil.p_world_mm - p_mm),
-                (squared(noise_mm) + squared(kAcross_mm) + pose_variance_mm2(view)) / sight.news,
+                (squared(noise_mm) + squared(std::max(kAcross_mm, held.sigma_mm(coil.s_mm))) +
+                 pose_variance_mm2(view)) /
+                    sight.news,
                 coil_part(index, is_out ? kOut : kNewest));
   }
 }

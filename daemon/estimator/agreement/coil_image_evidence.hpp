@@ -5,8 +5,10 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "daemon/estimator/agreement/coil_image_model.hpp"
+#include "daemon/estimator/agreement/held_across.hpp"
 #include "daemon/estimator/algebra/linear_evidence.hpp"
 
 namespace tubed {
@@ -32,6 +34,7 @@ class CoilImageEvidence {
   struct SeenView {
     const Camera* camera = nullptr;
     MonotonicTime confirmed{};
+    HeldAcross held;  ///< by its newest image
   };
   /// In the model's order; those that were not seen yet are last, without a camera.
   [[nodiscard]] std::span<const SeenView> views() const { return views_; }
@@ -59,7 +62,7 @@ class CoilImageEvidence {
     int index = 0;
     double news = 1;
   };
-  std::optional<Sight> look(const Camera& camera, MonotonicTime instant);
+  std::optional<Sight> look(const ViewConstraints& of, const ConfirmedShape& shape);
   void add_room_along(const ConfirmedShape& shape, double from_mm, double to_mm);
   void observe_across(const CoilObservations& coils, const ConfirmedShape& shape, const ViewConstraints& view,
                       const Sight& sight, double noise_mm);
@@ -77,7 +80,7 @@ class CoilImageEvidence {
   Eigen::VectorXd contrast_;
   std::array<bool, kMaxCoils> is_out_{};  ///< coils that the gate left out when they were last seen
   MonotonicTime kept_{};                  ///< when the older second was last kept for good
-  std::array<SeenView, kMaxCameras> views_{};
+  std::vector<SeenView> views_;
   MonotonicTime newest_{};
   Eigen::Vector3d place_mm_ = Eigen::Vector3d::Zero();  ///< of the middle of the newest shape
   double beyond_tip_mm_ = 0;

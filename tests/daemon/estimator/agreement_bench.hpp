@@ -61,6 +61,7 @@ class AgreementBench {
   double image_scale = 1;   ///< of the first image, about its middle; the shape keeps its length
   double end_mm = 0;        ///< by which the tube ends further out in the image
   bool shows_end = true;
+  double dark_from_mm = 1e9;           ///< from here on the image is too dark to show the tube
   CoilState third = CoilState::kUsed;  ///< of the third coil
 
   const CoilImageAgreement& watch(double seconds, const Mistake& mistake) {
@@ -75,7 +76,7 @@ class AgreementBench {
   }
 
   [[nodiscard]] Eigen::Vector3d sigma_mm(double s_mm) const {
-    return agreement_.doubt(arc_point(s_mm), -arc_tangent_to_tip(s_mm), now_)
+    return agreement_.doubt({s_mm, arc_point(s_mm), -arc_tangent_to_tip(s_mm)}, now_)
         .diagonal()
         .cwiseMax(0)
         .cwiseSqrt();
@@ -130,7 +131,7 @@ class AgreementBench {
     for (std::size_t v = 0; v < cameras_.size(); ++v) {
       lines_[v].clear();
       for (double s_mm = 0; s_mm <= 380; s_mm += 2) {
-        lines_[v].push_back({s_mm});
+        lines_[v].push_back({.s_mm = s_mm, .variance_px2 = s_mm < dark_from_mm ? 1.0 : 200.0});
       }
       const CubicBasis tip = map_.spline().basis(0);
       const auto p = cameras_[v].project(combine(C, tip.first, tip.value));

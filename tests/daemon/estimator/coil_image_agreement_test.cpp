@@ -94,9 +94,34 @@ TEST(CoilImageAgreement, TheEndsOfTheTubeAreDoubtedMoreThanItsMiddle) {
 TEST(CoilImageAgreement, WhatNoImageHasHeldForASecondIsDoubtedAcross) {
   AgreementBench bench;
   const CoilImageAgreement& agreement = bench.watch(5, registered_wrong({5, 3, 0}, 0));
-  const Eigen::Matrix3d later = agreement.doubt(arc_point(200), -arc_tangent_to_tip(200),
+  const Eigen::Matrix3d later = agreement.doubt({200, arc_point(200), -arc_tangent_to_tip(200)},
                                                 bench.now() + std::chrono::milliseconds(1100));
   EXPECT_GT(std::sqrt(later.diagonal().head<2>().sum()), 5);
+}
+
+// Where it is too dark to see the tube its shape goes with the coils, wherever they are.
+TEST(CoilImageAgreement, WhatAnImageIsTooDarkToShowIsDoubtedAcross) {
+  AgreementBench bright;
+  AgreementBench dark;
+  dark.dark_from_mm = 130;
+  bright.watch(5, registered_wrong({5, 3, 0}, 0));
+  dark.watch(5, registered_wrong({5, 3, 0}, 0));
+  const auto across_mm = [](const AgreementBench& bench, double s_mm) {
+    return bench.sigma_mm(s_mm).head<2>().maxCoeff();
+  };
+  EXPECT_GT(across_mm(dark, 300), 2 * across_mm(bright, 300));
+  EXPECT_NEAR(across_mm(dark, 60), across_mm(bright, 60), 0.3);
+}
+
+TEST(CoilImageAgreement, CoilsInTheDarkAreNotComparedWithTheImage) {
+  const Mistake off_from_the_third_on = [](const Eigen::Vector3d& p_mm, int coil, double) {
+    return Eigen::Vector3d(p_mm + (coil > 1 ? 6 : 0) * Eigen::Vector3d::UnitX());
+  };
+  AgreementBench bright;
+  AgreementBench dark;
+  dark.dark_from_mm = 30;
+  EXPECT_LT(bright.watch(1, off_from_the_third_on).verdict().as_stated, 0.3);
+  EXPECT_GT(dark.watch(1, off_from_the_third_on).verdict().as_stated, 0.7);
 }
 
 TEST(CoilImageAgreement, TwoViewsSeeTheDepth) {
