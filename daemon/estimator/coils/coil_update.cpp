@@ -85,6 +85,7 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
     const Eigen::Matrix3d turning = -across / std::max(speed, kMinSpeed);
     const Eigen::Vector3d turned = C.col(tangent) - coil.tangent_world - direction;
     const double strain = speed - std::clamp(speed, 1 - of_spline, 1 + of_spline);
+    pull_.expected += strain == 0 ? 5 : 6;  // a unit vector has no noise along itself
     if (strain == 0) {
       add({basis.first, basis.first_derivative, turning, tangent, all}, turned / sigma_tangent, C, m, P);
     } else {
@@ -110,7 +111,6 @@ bool CoilUpdate::apply(const CoilObservations& coils, const TubeMap& map, double
   cholesky.matrixL().solveInPlace(innovation);
   // Of the whitened innovation, unit covariance in expectation: how much of it is more than the noise itself.
   pull_.chi_squared = innovation.squaredNorm();
-  pull_.expected = static_cast<double>(n);
   step_.noalias() = Y.transpose() * innovation;
   P.selfadjointView<Eigen::Lower>().rankUpdate(Y.transpose(), -1);
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
