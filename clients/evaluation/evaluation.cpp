@@ -151,6 +151,7 @@ MethodEvaluation evaluate_method(const TrueRun& run, const Estimates& estimates,
       if (!error) evaluation.unjudged_frames.push_back(instant.frame);
       tip = tip_sigmas(shape, instant.truth);
       count_coverage(shape, instant.truth, settings.s_max_mm, evaluation);
+      evaluation.consistency.add(shape, instant.truth, view, settings.s_max_mm);
       if (const auto points = misleading_points(shape, instant.truth, view, settings)) {
         MisleadingCount& count = evaluation.misleading[shape.validity];
         ++count.instants;

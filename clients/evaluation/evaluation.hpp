@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "clients/evaluation/consistency.hpp"
 #include "clients/evaluation/estimates_csv.hpp"
 #include "clients/evaluation/misleading.hpp"
 #include "clients/evaluation/shape_error.hpp"
@@ -74,6 +75,7 @@ struct MethodEvaluation {
   SigmaCoverage coverage;
   /// By CentrelinePoint::held_by: nothing, a coil, an image, both; all empty where the file does not say.
   std::array<HeldPoints, 4> held{};
+  Consistency consistency;
   /// Of each validity, the instants with misleading points; empty where the file has no covariances.
   std::map<Validity, MisleadingCount> misleading;
 

@@ -154,6 +154,34 @@ void print_held(const std::array<HeldPoints, 4>& held, std::ostream& out) {
   }
 }
 
+std::string consistency_cell(const NormalisedErrors& errors) {
+  if (errors.count == 0) return cell("-", 16);
+  return cell(formatted("%.2f  %.1f %%", errors.mean_of_squares(), 100 * errors.share_beyond_3_sigma()), 16);
+}
+
+void print_consistency(const Consistency& consistency, std::ostream& out) {
+  std::string head;
+  std::string all;
+  for (std::size_t k = 0; k < kSeenDirections.size(); ++k) {
+    head += cell(kSeenDirections[k], 16);
+    all += consistency_cell(consistency.of(k));
+  }
+  if (consistency.of(0).count == 0) return;
+  const auto print = [&out](std::string_view name, const std::string& cells) {
+    out << "    " << cell(name, 21) << cells.substr(0, cells.find_last_not_of(' ') + 1) << '\n';
+  };
+  out << "  error^2 / sigma^2, mean (1 where sigma is right), and share beyond 3 sigma (normal: 0.3 %), as "
+         "the camera sees it\n";
+  print("", head);
+  for (std::size_t stretch = 0; stretch < kConsistencyStretches.size(); ++stretch) {
+    std::string cells;
+    for (std::size_t k = 0; k < kSeenDirections.size(); ++k)
+      cells += consistency_cell(consistency.of(stretch, k));
+    print(kConsistencyStretches[stretch].name, cells);
+  }
+  print("all", all);
+}
+
 void print_method(std::string_view name, const MethodEvaluation& method, std::size_t due_count,
                   std::ostream& out) {
   out << name << ": " << method.judged_count() << " of " << due_count << " instants judged; validity";
@@ -175,6 +203,7 @@ void print_method(std::string_view name, const MethodEvaluation& method, std::si
   out << formatted(" %%; normal: %.1f / %.1f / %.1f %%\n", kNormalShares[0], kNormalShares[1],
                    kNormalShares[2]);
   print_held(method.held, out);
+  print_consistency(method.consistency, out);
 }
 
 nlohmann::json number(double value) {
@@ -188,6 +217,21 @@ nlohmann::json json_of(const MedianAndIqr& value) {
 nlohmann::json json_of(const SigmaCoverage& coverage) {
   if (coverage.coordinate_count == 0) return nullptr;
   return {coverage.share(1), coverage.share(2), coverage.share(3)};
+}
+
+nlohmann::json json_of(const Consistency& consistency) {
+  nlohmann::json json = nullptr;
+  for (std::size_t stretch = 0; stretch < kConsistencyStretches.size(); ++stretch) {
+    for (std::size_t k = 0; k < kSeenDirections.size(); ++k) {
+      const NormalisedErrors& errors = consistency.of(stretch, k);
+      if (errors.count == 0) continue;
+      json[std::string(kConsistencyStretches[stretch].name)][std::string(kSeenDirections[k])] = {
+          {"coordinates", errors.count},
+          {"nees", errors.mean_of_squares()},
+          {"beyond_3_sigma", errors.share_beyond_3_sigma()}};
+    }
+  }
+  return json;
 }
 
 nlohmann::json json_of(const MethodEvaluation& method) {
@@ -215,6 +259,7 @@ nlohmann::json json_of(const MethodEvaluation& method) {
   for (const auto& [validity, count] : method.validity_counts)
     json["validity"][std::string(name_of(validity))] = count;
   json["within_sigma"] = json_of(method.coverage);
+  json["consistency"] = json_of(method.consistency);
   for (const Metric& metric : kMetrics) {
     const std::vector<double> values = method.values_mm(metric);
     json["mm"][std::string(metric.name)] =
