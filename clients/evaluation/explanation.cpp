@@ -119,8 +119,34 @@ void filter_whole(ImageMeasurement& image, ImageOnDemand& on_demand) {
   on_demand.filter_missing(image, all);
 }
 
+/// What was measured of the image, also where the view had moved and its pose no longer holds.
+void take_image(const Observation& observation, std::size_t camera, Explanation& explanation) {
+  const MovedImage& moved = observation.moved[camera];
+  ImageMeasurement* const image = moved.image != nullptr ? moved.image : observation.images[camera];
+  explanation.view_has_moved = moved.image != nullptr;
+  if (image == nullptr) {  // of a view that has moved, without radiation or refused
+    explanation.view_has_moved = true;
+    explanation.image.state = observation.image_rejected ? ImageState::kRejected : ImageState::kOff;
+    return;
+  }
+  filter_whole(*image, moved.image != nullptr ? *moved.on_demand : *observation.on_demand[camera]);
+  explanation.image = *image;
+  if (!explanation.view_has_moved) return;
+  const TubeEstimate& after = explanation.after;
+  for (std::size_t i = 0; i < after.view_count; ++i) {
+    const ViewUsed& used = after.views[i];
+    if (used.camera != camera || used.exposure_monotonic_ns != to_ns(image->exposure)) continue;
+    CameraCalibration& stands = explanation.camera;
+    stands.fx = used.focal_length_px[0] / explanation.binning;
+    stands.fy = used.focal_length_px[1] / explanation.binning;
+    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(used.T_camera_world.data());
+    stands.T_camera_world.matrix() = T;
+  }
+}
+
 Observation without_images(Observation observation) {
   observation.images = {};
+  observation.moved = {};
   observation.is_image_instant = false;
   return observation;
 }
@@ -249,9 +275,9 @@ Explanation explain_image(const Sequence& sequence, const ExplainedImage& which,
         estimator->estimate(observation, explanation.after);
         next.add(*estimator, explanation.after);
         if (last) {
-          const auto camera = static_cast<std::size_t>(row.camera);
-          filter_whole(*observation.images[camera], *observation.on_demand[camera]);
-          explanation.image = *observation.images[camera];
+          take_image(observation, static_cast<std::size_t>(row.camera), explanation);
+          std::array<char, 256> words{};
+          if (estimator->describe_moved_view(words)) explanation.moved_view = words.data();
         }
         return !last;
       },
@@ -292,6 +318,9 @@ std::vector<std::string> words_of(const Explanation& explanation) {
           format("measured with squares of %d x %d pixels as one", explanation.binning, explanation.binning));
     }
     words.push_back(part_taken(explanation));
+  }
+  if (!explanation.moved_view.empty()) {
+    words.push_back(explanation.moved_view);
   }
   if (explanation.after.agreement.probability > 0) {
     words.push_back(explanation.agreement);

@@ -30,10 +30,14 @@ struct ProjectedTube {
 struct Explanation {
   std::uint32_t frame = 0;
   double t_s = 0;
-  CameraCalibration camera;  ///< of the image as it is measured: all places below are pixels of that
-  int binning = 1;           ///< the detector's pixels a side that one of them is
+  /// Of the image as it is measured: all places below are pixels of that. Where the view had moved and the
+  /// estimator found out where to, as it stands there.
+  CameraCalibration camera;
+  int binning = 1;  ///< the detector's pixels a side that one of them is
   EstimatorMode mode = EstimatorMode::kFilter;
   ImageMeasurement image;              ///< grey is empty-handed unless state is kMeasured
+  bool view_has_moved = false;         ///< or may have: no pose says where the image was taken from
+  std::string moved_view;              ///< Estimator::describe_moved_view(); empty: nothing is known of it
   std::string agreement;               ///< describe_agreement() of `after`
   TubeEstimate before;                 ///< of the same instant without its images: coils and what was known
   TubeEstimate after;                  ///< as published

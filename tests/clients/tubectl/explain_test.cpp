@@ -8,10 +8,12 @@
 
 #include "clients/evaluation/explanation.hpp"
 #include "clients/evaluation/registration.hpp"
+#include "clients/evaluation/simulated_run.hpp"
 #include "clients/tubectl/see/explanation_picture.hpp"
 #include "clients/tubectl/verbs.hpp"
 #include "drivers/replay/sequence_image.hpp"
 #include "tests/clients/tubectl/straight_sequence.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tubed {
 namespace {
@@ -250,6 +252,41 @@ TEST_F(Explain, AFrameThatIsNotThereIsRefusedWithThoseThatAre) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("0 to 2"), std::string::npos) << error.what();
   }
+}
+
+/// The table is panned by 12 mm after 12 s, and no pose says so.
+Explanation explained_after_a_pan(std::uint32_t frame) {
+  const TemporaryFolder parent;
+  const std::filesystem::path folder = std::filesystem::path(parent.path()) / "run";
+  const SimulatedRun run{
+      .preset = "field", .seed = 3, .every = 4, .announces_pose = false, .pan_mm = 12, .move_at_s = 12};
+  write_simulated_run(run, scenario_of(run), folder);
+  return explain_image(read_sequence(folder), {frame, ""}, EstimatorSettings{}, FrangiSettings{});
+}
+
+bool says(const Explanation& explanation, const std::string& part) {
+  const std::vector<std::string> words = words_of(explanation);
+  return std::any_of(words.begin(), words.end(),
+                     [&](const auto& line) { return line.find(part) != std::string::npos; });
+}
+
+// Its image is none that the estimator is given as such; a person wants to see it all the more.
+TEST(ExplainMovedView, TheImageIsShownAndThatTheViewMovedIsSaid) {
+  const Explanation explanation = explained_after_a_pan(24);
+  EXPECT_TRUE(explanation.view_has_moved);
+  EXPECT_EQ(explanation.image.state, ImageState::kMeasured);
+  EXPECT_FALSE(draw_lines(explanation).empty());
+  EXPECT_TRUE(says(explanation, "the image took no part: the view moved"));
+  EXPECT_TRUE(says(explanation, "camera A is lost: it moved"));
+}
+
+TEST(ExplainMovedView, IsSeenFromWhereItWasFound) {
+  const Explanation explanation = explained_after_a_pan(84);
+  EXPECT_TRUE(explanation.view_has_moved);
+  EXPECT_TRUE(says(explanation, "the image took part"));
+  EXPECT_TRUE(says(explanation, "camera A moved and was found"));
+  ASSERT_GT(explanation.found.in_view, 80);
+  EXPECT_GT(explanation.found.inlier_ratio, 0.7) << "12 mm are 20 px beside the lines' reach";
 }
 
 }  // namespace
