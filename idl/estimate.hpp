@@ -81,14 +81,19 @@ enum class Discord : std::uint32_t {
   kField = 5,          ///< coils are off, each in its own way: metal near the tracker, another field
   kCoil = 6,           ///< one coil is off: bent, or measured wrong
   kCoilArcLength = 7,  ///< one coil lies elsewhere along the tube than its arc length says
+  kNegative = 8,  ///< tubes are bright in images where dark ones are sought, or dark where bright ones are
+  kMirrored = 9,  ///< images are mirrored left to right
 };
 
 /// Do the coils lie where images show the tube? As EmImageAgreement of TubeHealth.idl says it.
 struct EmImageAgreement {
   bool disagree = false;  ///< the reason EM_IMAGE_DISAGREE is given
   Discord explanation = Discord::kNone;
-  std::uint32_t index = 0;          ///< of the camera (kMagnification) or the coil (kCoil, kCoilArcLength)
-  float probability = 0;            ///< of that explanation; 0: nothing was compared yet
+  /// Of the camera (kMagnification, kNegative, kMirrored) or the coil (kCoil, kCoilArcLength).
+  std::uint32_t index = 0;
+  /// Of that explanation; 0: nothing was compared yet. Of kNegative and kMirrored the share of the tube's
+  /// lines that agree with images that are read so.
+  float probability = 0;
   float as_stated = 0;              ///< probability that everything is as the configuration states it
   std::array<float, 3> shift_mm{};  ///< of the registration, in the middle of the tube; world
   std::array<float, 3> turn_rad{};  ///< of the registration, rotation vector; world

@@ -143,9 +143,9 @@ void write_estimates(std::string& text, const Alive& alive) {
 
 // Nothing of it before coils and images were compared.
 void write_agreement(std::string& text, const Alive& alive) {
-  constexpr std::string_view kExplanations[]{"none",  "registration",        "arc lengths",
-                                             "clock", "magnification",       "field",
-                                             "coil",  "arc length of a coil"};
+  constexpr std::string_view kExplanations[]{
+      "none",  "registration", "arc lengths",          "clock",    "magnification",
+      "field", "coil",         "arc length of a coil", "negative", "mirrored"};
   Alive compared;
   std::copy_if(alive.begin(), alive.end(), std::back_inserter(compared),
                [](const InstrumentReports* reports) { return reports->health.agreement.probability > 0; });

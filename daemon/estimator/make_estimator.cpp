@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "daemon/estimator/estimator.hpp"
+#include "daemon/estimator/images/misread_images_estimator.hpp"
 #include "daemon/estimator/paper/paper_estimator.hpp"
 #include "daemon/estimator/recursive_estimator.hpp"
 #include "daemon/estimator/single_frame_estimator.hpp"
@@ -64,7 +65,11 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorSettings& settings,
                                 " coils");
   }
   auto inner = make_inner(settings, instrument, room);
-  if (settings.mode != EstimatorMode::kFilter || room.cameras.empty() || !room.registered) return inner;
+  if (room.cameras.empty() || !room.registered) return inner;
+  if (settings.mode == EstimatorMode::kFilter || settings.mode == EstimatorMode::kJoint) {
+    inner = std::make_unique<MisreadImagesEstimator>(settings, instrument, room, std::move(inner));
+  }
+  if (settings.mode != EstimatorMode::kFilter) return inner;
   return std::make_unique<RelocalisingEstimator>(settings, instrument, room, std::move(inner));
 }
 

@@ -46,7 +46,9 @@ class ImageOnDemand {
  public:
   /// Throws as FrangiFilter.
   ImageOnDemand(int width, int height, const FrangiSettings& settings)
-      : meter_(width, height, settings, MeterUse::kComplete), asked_(width, height) {}
+      : meter_(width, height, settings, MeterUse::kComplete), asked_(width, height), whole_(width, height) {
+    whole_.add_whole();
+  }
 
   /// Another image comes, of which nothing has been asked yet.
   void begin();
@@ -54,6 +56,9 @@ class ImageOnDemand {
   /// Filters what is missing of `area` in `image`, the one that begin() announced: its vesselness and
   /// measured change, nothing else. Does nothing when there is nothing missing, or the image has no pixels.
   void filter_missing(ImageMeasurement& image, const ImageArea& area);
+
+  /// Filters what is missing of another picture of that size; nothing is remembered of it.
+  void filter_all(ImageMeasurement& picture) { meter_.complete(picture, whole_); }
 
   /// All that was asked of the newest image.
   [[nodiscard]] const ImageArea& asked() const { return asked_; }
@@ -64,6 +69,7 @@ class ImageOnDemand {
  private:
   VesselnessMeter meter_;
   ImageArea asked_;
+  ImageArea whole_;
   bool counted_ = false;  ///< in completed_images_
   std::uint64_t completed_images_ = 0;
 };

@@ -125,6 +125,13 @@ void LiveFindings::add_agreement(std::vector<RecordingFinding>& findings) const 
     return;
   }
   const std::vector<CameraCalibration> cameras = cameras_of(identity_ ? &*identity_ : nullptr);
+  if (agreement.explanation == Discord::kNegative || agreement.explanation == Discord::kMirrored) {
+    const bool is_negative = agreement.explanation == Discord::kNegative;
+    findings.push_back({is_negative ? "polarity" : "mirrored images", RecordingFinding::Verdict::kWrong,
+                        fmt::format("{:.0f} % of the tube's lines agree with images that are read so",
+                                    100 * static_cast<double>(agreement.probability)),
+                        explanation_of(agreement, InstrumentDescription{}, cameras)});
+  }
   for (const AgreementPart& part : parts_of(agreement)) {
     if (agreement.disagree && part.is_named_by(agreement.explanation)) {
       findings.push_back({part.what, RecordingFinding::Verdict::kWrong,

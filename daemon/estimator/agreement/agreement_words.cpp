@@ -25,6 +25,10 @@ CoilName name_of_coil(std::size_t index, const InstrumentDescription& instrument
   return name;
 }
 
+const char* name_of_camera(std::size_t index, std::span<const CameraCalibration> cameras) {
+  return index < cameras.size() ? cameras[index].name.c_str() : "?";
+}
+
 // What explains it, and what to do, behind "NAME: coils and images disagree: ".
 void write_explanation(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                        std::span<const CameraCalibration> cameras, std::span<char> text) {
@@ -58,8 +62,7 @@ void write_explanation(const EmImageAgreement& agreement, const InstrumentDescri
       std::snprintf(
           text.data(), text.size(),
           "the focal length of camera %s looks about %.0f %% too %s: check fx, fy and the distances",
-          index < cameras.size() ? cameras[index].name.c_str() : "?",
-          static_cast<double>(std::abs(agreement.magnification)) * 100,
+          name_of_camera(index, cameras), static_cast<double>(std::abs(agreement.magnification)) * 100,
           agreement.magnification > 0 ? "large" : "small");
       return;
     case Discord::kField:
@@ -79,6 +82,18 @@ void write_explanation(const EmImageAgreement& agreement, const InstrumentDescri
                     name_of_coil(index, instrument).data(),
                     static_cast<double>(std::abs(agreement.arc_length_mm)),
                     agreement.arc_length_mm > 0 ? "nearer to" : "further from");
+      return;
+    case Discord::kNegative:
+      std::snprintf(text.data(), text.size(),
+                    "images of camera %s show the tube when they are read as negatives: set polarity of "
+                    "[frangi] to the other word",
+                    name_of_camera(index, cameras));
+      return;
+    case Discord::kMirrored:
+      std::snprintf(text.data(), text.size(),
+                    "images of camera %s show the tube when they are mirrored left to right: say mirrored = "
+                    "true (or leave it out) in its [[camera]]",
+                    name_of_camera(index, cameras));
       return;
   }
 }

@@ -135,6 +135,8 @@ double CoilImageAgreement::log_evidence(const Explanation& explanation) {
   switch (explanation.discord) {
     case Discord::kNone:
     case Discord::kField:
+    case Discord::kNegative:  // MisreadImages compares those
+    case Discord::kMirrored:
       break;
     case Discord::kRegistration:
       widen(0, 3, kWrongShift_mm);

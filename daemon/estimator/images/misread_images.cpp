@@ -1,0 +1,148 @@
+#include "daemon/estimator/images/misread_images.hpp"
+
+#include <algorithm>
+
+#include "daemon/image/vesselness_meter.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr double kBetween_s = 0.1;  // two readings; of images that come seldom, up to three at once
+constexpr int kAtOnce = 3;
+constexpr int kReadOften = 60;  // images, then one a second
+constexpr double kBetweenSeldom_s = 1;
+constexpr double kMinInView = 0.15;  // share of the tube
+constexpr int kRemembered = 8;       // images read in the same way
+constexpr int kMinRead = 4;
+// Shares of lines, means: a tube that is seen has 0.7 to 0.9, another way of reading its images 0.15 to 0.5.
+constexpr double kAgrees = 0.62;
+constexpr double kBetterBy = 0.2;
+constexpr double kNoLongerBetterBy = 0.1;
+
+EstimatorSettings joint(EstimatorSettings settings) {
+  settings.mode = EstimatorMode::kJoint;
+  return settings;
+}
+
+}  // namespace
+
+MisreadImages::MisreadImages(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                             const RoomDescription& room)
+    : estimator_(joint(settings), instrument, room),
+      estimate_(std::make_unique<TubeEstimate>()),
+      pictures_(room.cameras.size()) {
+  for (std::size_t camera = 0; camera < room.cameras.size(); ++camera) {
+    pictures_[camera].reserve(room.cameras[camera].width, room.cameras[camera].height);
+    for (const Discord as : {Discord::kNone, Discord::kNegative, Discord::kMirrored}) {
+      readings_.push_back({.as = as, .camera = camera});
+    }
+  }
+}
+
+void MisreadImages::forget() {
+  for (Reading& reading : readings_) {
+    reading.count = 0;
+    reading.agreeing = 0;
+  }
+  read_ = 0;
+  newest_ = MonotonicTime{};
+  found_.reset();
+}
+
+void MisreadImages::Reading::add(double share) {
+  count = std::min(count + 1, kRemembered);
+  agreeing += (share - agreeing) / count;
+}
+
+int MisreadImages::due(MonotonicTime instant, bool lost) {
+  if (!lost && !found_) {
+    read_ = 0;
+    return 0;
+  }
+  const double since_s = seconds_between(newest_, instant);
+  if (read_ >= kReadOften && since_s < kBetweenSeldom_s) return 0;
+  return static_cast<int>(std::clamp(since_s / kBetween_s, 0.0, 1.0 * kAtOnce));
+}
+
+void MisreadImages::look(const Observation& observation, bool lost) {
+  if (!observation.is_image_instant) return;
+  int due = this->due(observation.instant, lost);
+  for (std::size_t tried = 0; due > 0 && tried < readings_.size(); ++tried) {
+    Reading& reading = readings_[next_];
+    next_ = (next_ + 1) % readings_.size();
+    const ImageMeasurement* const image = observation.images[reading.camera];
+    if (image == nullptr || image->state != ImageState::kMeasured ||
+        observation.on_demand[reading.camera] == nullptr) {
+      continue;
+    }
+    newest_ = observation.instant;
+    ++read_;
+    --due;
+    read(observation, reading);
+    conclude();
+  }
+}
+
+void MisreadImages::read(const Observation& observation, Reading& reading) {
+  ImageMeasurement& picture = pictures_[reading.camera];
+  draw(*observation.images[reading.camera], reading.as, picture);
+  observation.on_demand[reading.camera]->filter_all(picture);
+  Observation alone = observation;
+  alone.images = {};
+  alone.images[reading.camera] = &picture;
+  alone.on_demand = {};
+  estimator_.reset();
+  estimator_.update(alone, *estimate_);
+  if (static_cast<double>(estimate_->in_view_ratio) < kMinInView) return;
+  reading.add(static_cast<double>(estimate_->image_inlier_ratio));
+}
+
+// The image with its greys turned about or its columns, nothing of it measured.
+void MisreadImages::draw(const ImageMeasurement& image, Discord as, ImageMeasurement& picture) const {
+  picture.camera = image.camera;
+  picture.state = image.state;
+  picture.origin = image.origin;
+  picture.exposure = image.exposure;
+  picture.geometry = image.geometry;
+  picture.brought_geometry = image.brought_geometry;
+  picture.darkest = image.darkest;
+  picture.brightest = image.brightest;
+  picture.polarity = image.polarity;
+  picture.structureness = image.structureness;
+  picture.measured.clear();
+  const std::size_t size = std::min(image.grey.size(), picture.grey.size());
+  const auto end = image.grey.begin() + static_cast<std::ptrdiff_t>(size);
+  if (as == Discord::kNegative) {
+    const float sum = image.darkest + image.brightest;
+    std::transform(image.grey.begin(), end, picture.grey.begin(), [sum](float grey) { return sum - grey; });
+    return;
+  }
+  std::copy(image.grey.begin(), end, picture.grey.begin());
+  for (int y = 0; as == Discord::kMirrored && y < picture.height; ++y) {
+    const auto row = picture.grey.begin() + static_cast<std::ptrdiff_t>(y) * picture.width;
+    std::reverse(row, row + picture.width);
+  }
+}
+
+// With hysteresis, so that the word does not flicker.
+void MisreadImages::conclude() {
+  std::optional<Found> best;
+  for (std::size_t first = 0; first < readings_.size(); first += 3) {
+    const Reading& as_it_is = readings_[first];
+    for (std::size_t i = first + 1; i < first + 3; ++i) {
+      const Reading& other = readings_[i];
+      const bool was_found =
+          found_ && found_->reading == other.as && found_->camera == static_cast<std::uint32_t>(other.camera);
+      const double better_by = was_found ? kNoLongerBetterBy : kBetterBy;
+      if (as_it_is.count < kMinRead || other.count < kMinRead || other.agreeing < kAgrees ||
+          other.agreeing < as_it_is.agreeing + better_by || (best && best->agreeing > other.agreeing)) {
+        continue;
+      }
+      best = Found{other.as, static_cast<std::uint32_t>(other.camera), other.agreeing};
+    }
+  }
+  found_ = best;
+}
+
+}  // namespace tubed

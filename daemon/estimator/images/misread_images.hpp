@@ -1,0 +1,64 @@
+// Are pictures negatives, or mirrored left to right?
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "daemon/estimator/single_frame_estimator.hpp"
+#include "daemon/image/image_measurement.hpp"
+
+namespace tubed {
+
+/// Where images do not show a tube it may be that they are read in a wrong way: a bright tube is sought where
+/// it is dark, or the picture is mirrored. Reads images as they are, as negatives and mirrored, in turn, each
+/// by itself and with the coils of its instant alone (mode `joint`), and compares the shares of the tube's
+/// lines that agree. Called by the optimizer thread after the estimate has left; memory is taken in the
+/// constructor.
+class MisreadImages {
+ public:
+  /// `room` as measured_room() has it.
+  MisreadImages(const EstimatorSettings& settings, const InstrumentDescription& instrument,
+                const RoomDescription& room);
+
+  /// Reads images of that instant, if it is time to. `lost`: its images do not show the tube; asked for
+  /// from then on, seldom where it was asked for long, and as long as something is found.
+  void look(const Observation& observation, bool lost);
+
+  /// How pictures of a camera have to be read.
+  struct Found {
+    Discord reading = Discord::kNone;  ///< kNegative or kMirrored
+    std::uint32_t camera = 0;          ///< index in the room
+    double agreeing = 0;               ///< share of the lines that agree so read, mean of the newest images
+  };
+  [[nodiscard]] const std::optional<Found>& found() const { return found_; }
+
+  void forget();
+
+ private:
+  struct Reading {
+    Discord as = Discord::kNone;  ///< kNone: as it is
+    std::size_t camera = 0;
+    int count = 0;        ///< images that were read so, kRemembered at most
+    double agreeing = 0;  ///< share of the lines, mean of the newest
+
+    void add(double share);
+  };
+
+  [[nodiscard]] int due(MonotonicTime instant, bool lost);
+  void read(const Observation& observation, Reading& reading);
+  void draw(const ImageMeasurement& image, Discord as, ImageMeasurement& picture) const;
+  void conclude();
+
+  SingleFrameEstimator estimator_;
+  std::unique_ptr<TubeEstimate> estimate_;  ///< what it writes
+  std::vector<ImageMeasurement> pictures_;  ///< one a camera: its image, read in another way
+  std::vector<Reading> readings_;           ///< three a camera
+  std::size_t next_ = 0;                    ///< of readings_
+  int read_ = 0;                            ///< images since the tube was seen last
+  MonotonicTime newest_{};                  ///< image that was read
+  std::optional<Found> found_;
+};
+
+}  // namespace tubed
