@@ -67,7 +67,7 @@ def its_memory_is_locked():
     pages = pathlib.Path(f"/proc/{main_pid()}/smaps_rollup").read_text()
     locked_kb, share_kb, resident_kb = (int(re.search(rf"\n{name}:\s+(\d+) kB", pages)[1]) for name in ("Locked", "Pss", "Rss"))
     expect(locked_kb >= 0.99 * share_kb, f"{locked_kb} kB of {share_kb} kB are locked")
-    expect(resident_kb < 120 * 1024, f"{resident_kb} kB are resident")
+    expect(resident_kb < 128 * 1024, f"{resident_kb} kB are resident")
     before = faults()
     time.sleep(3)
     new = faults() - before

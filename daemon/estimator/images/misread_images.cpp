@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBetween_s = 0.1;  // two readings; of images that come seldom, up to three at once
 constexpr int kAtOnce = 3;
-constexpr int kReadOften = 60;  // images, then one a second
+constexpr int kReadOften = 60;  // readings, then kAtOnce a second
 constexpr double kBetweenSeldom_s = 1;
 constexpr double kMinInView = 0.15;  // share of the tube
 constexpr int kRemembered = 8;       // images read in the same way

@@ -26,6 +26,12 @@ struct OwnGeometry {
   }
 };
 
+/// Coils alone look at no image, and what would be kept of images takes memory.
+RoomDescription without_cameras(RoomDescription room) {
+  room.cameras.clear();
+  return room;
+}
+
 EstimatorSettings with_mode(EstimatorSettings settings, EstimatorMode mode) {
   settings.mode = mode;
   return settings;
@@ -37,7 +43,7 @@ RelocalisingEstimator::RelocalisingEstimator(const EstimatorSettings& settings,
                                              const InstrumentDescription& instrument,
                                              const RoomDescription& room, std::unique_ptr<Estimator> inside)
     : inside_(std::move(inside)),
-      coils_(with_mode(settings, EstimatorMode::kEm), instrument, room),
+      coils_(with_mode(settings, EstimatorMode::kEm), instrument, without_cameras(room)),
       by_coils_(std::make_unique<TubeEstimate>()),
       tips_are_straight_(
           instrument.rest_shape == RestShape::kStraight ||
