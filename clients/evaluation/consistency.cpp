@@ -10,13 +10,6 @@ namespace {
 constexpr double kMinAcross =
     0.05;  // sine of the angle to its ray, under which a tube has no side in the image
 
-Eigen::Matrix3d covariance_of(const EstimatedShape& shape, Eigen::Index point) {
-  const auto c = shape.covariance_world_mm2.col(point);
-  Eigen::Matrix3d covariance;
-  covariance << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
-  return covariance;
-}
-
 std::size_t stretch_of(double s_mm) {
   const auto found = std::ranges::find_if(kConsistencyStretches,
                                           [s_mm](const auto& stretch) { return s_mm < stretch.to_mm; });
@@ -51,7 +44,7 @@ void Consistency::add(const EstimatedShape& shape, const SampledCentreline& trut
     if (!(side.norm() > kMinAcross)) continue;
     const Eigen::Vector3d across = side.normalized();
     const Eigen::Vector3d e_mm = p_mm - point_at(truth, s_mm);
-    const Eigen::Matrix3d covariance_mm2 = covariance_of(shape, i);
+    const Eigen::Matrix3d covariance_mm2 = symmetric(shape.covariance_world_mm2.col(i));
     const std::array<Eigen::Vector3d, kSeenDirections.size()> directions{across, across.cross(ray), ray};
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const Eigen::Vector3d& u = directions[k];

@@ -86,6 +86,15 @@ EstimatedShape shape_of(Validity validity, const std::vector<Row>& rows, const C
 
 }  // namespace
 
+Eigen::Matrix3d symmetric(const Eigen::Ref<const Eigen::VectorXd>& upper_triangle) {
+  const auto& c = upper_triangle;
+  Eigen::Matrix3d matrix;
+  matrix << c[0], c[1], c[2],  //
+      c[1], c[3], c[4],        //
+      c[2], c[4], c[5];
+  return matrix;
+}
+
 Estimates read_estimates(const std::filesystem::path& file) {
   CsvReader csv(file, {"frame", "s_mm", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "validity"},
                 {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz", "held_by"});

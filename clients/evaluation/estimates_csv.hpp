@@ -25,6 +25,9 @@ struct EstimatedShape {
   std::vector<std::uint32_t> held_by{};
 };
 
+/// The matrix of xx xy xz yy yz zz.
+Eigen::Matrix3d symmetric(const Eigen::Ref<const Eigen::VectorXd>& upper_triangle);
+
 /// By frame number.
 using Estimates = std::map<std::uint32_t, EstimatedShape>;
 

@@ -7,14 +7,6 @@ namespace tubed {
 
 namespace {
 
-Eigen::Matrix3d symmetric(const Eigen::VectorXd& c) {
-  Eigen::Matrix3d matrix;
-  matrix << c[0], c[1], c[2],  //
-      c[1], c[3], c[4],        //
-      c[2], c[4], c[5];
-  return matrix;
-}
-
 /// Judges pairs of an estimated and a true point.
 class Judgement {
  public:

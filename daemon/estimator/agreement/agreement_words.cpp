@@ -29,6 +29,21 @@ const char* name_of_camera(std::size_t index, std::span<const CameraCalibration>
   return index < cameras.size() ? cameras[index].name.c_str() : "?";
 }
 
+// Images that show the tube when they are read in another way.
+void write_misreading(Discord reading, const char* camera, std::span<char> text) {
+  if (reading == Discord::kNegative) {
+    std::snprintf(text.data(), text.size(),
+                  "images of camera %s show the tube when they are read as negatives: set polarity of "
+                  "[frangi] to the other word",
+                  camera);
+  } else {
+    std::snprintf(text.data(), text.size(),
+                  "images of camera %s show the tube when they are mirrored left to right: say mirrored = "
+                  "true (or leave it out) in its [[camera]]",
+                  camera);
+  }
+}
+
 // What explains it, and what to do, behind "NAME: coils and images disagree: ".
 void write_explanation(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                        std::span<const CameraCalibration> cameras, std::span<char> text) {
@@ -84,16 +99,8 @@ void write_explanation(const EmImageAgreement& agreement, const InstrumentDescri
                     agreement.arc_length_mm > 0 ? "nearer to" : "further from");
       return;
     case Discord::kNegative:
-      std::snprintf(text.data(), text.size(),
-                    "images of camera %s show the tube when they are read as negatives: set polarity of "
-                    "[frangi] to the other word",
-                    name_of_camera(index, cameras));
-      return;
     case Discord::kMirrored:
-      std::snprintf(text.data(), text.size(),
-                    "images of camera %s show the tube when they are mirrored left to right: say mirrored = "
-                    "true (or leave it out) in its [[camera]]",
-                    name_of_camera(index, cameras));
+      write_misreading(agreement.explanation, name_of_camera(index, cameras), text);
       return;
   }
 }

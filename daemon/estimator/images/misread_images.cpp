@@ -8,9 +8,9 @@ namespace tubed {
 
 namespace {
 
-constexpr double kBetween_s = 0.1;  // two readings; of images that come seldom, up to three at once
-constexpr int kAtOnce = 3;
-constexpr int kReadOften = 60;  // readings, then kAtOnce a second
+constexpr double kBetween_s = 0.1;  // between two readings
+constexpr int kAtOnce = 3;          // readings of one image, where images come seldom
+constexpr int kReadOften = 60;      // readings, then kAtOnce a second
 constexpr double kBetweenSeldom_s = 1;
 constexpr double kMinInView = 0.15;  // share of the tube
 constexpr int kRemembered = 8;       // images read in the same way
@@ -23,6 +23,33 @@ constexpr double kNoLongerBetterBy = 0.1;
 EstimatorSettings joint(EstimatorSettings settings) {
   settings.mode = EstimatorMode::kJoint;
   return settings;
+}
+
+// The image as it is, as a negative or mirrored, with no vesselness measured yet.
+void draw(const ImageMeasurement& image, Discord as, ImageMeasurement& picture) {
+  picture.camera = image.camera;
+  picture.state = image.state;
+  picture.origin = image.origin;
+  picture.exposure = image.exposure;
+  picture.geometry = image.geometry;
+  picture.brought_geometry = image.brought_geometry;
+  picture.darkest = image.darkest;
+  picture.brightest = image.brightest;
+  picture.polarity = image.polarity;
+  picture.structureness = image.structureness;
+  picture.measured.clear();
+  const std::size_t size = std::min(image.grey.size(), picture.grey.size());
+  const auto end = image.grey.begin() + static_cast<std::ptrdiff_t>(size);
+  if (as == Discord::kNegative) {
+    const float sum = image.darkest + image.brightest;
+    std::transform(image.grey.begin(), end, picture.grey.begin(), [sum](float grey) { return sum - grey; });
+    return;
+  }
+  std::copy(image.grey.begin(), end, picture.grey.begin());
+  for (int y = 0; as == Discord::kMirrored && y < picture.height; ++y) {
+    const auto row = picture.grey.begin() + static_cast<std::ptrdiff_t>(y) * picture.width;
+    std::reverse(row, row + picture.width);
+  }
 }
 
 }  // namespace
@@ -96,33 +123,6 @@ void MisreadImages::read(const Observation& observation, Reading& reading) {
   estimator_.update(alone, *estimate_);
   if (static_cast<double>(estimate_->in_view_ratio) < kMinInView) return;
   reading.add(static_cast<double>(estimate_->image_inlier_ratio));
-}
-
-// The image with its greys turned about or its columns, nothing of it measured.
-void MisreadImages::draw(const ImageMeasurement& image, Discord as, ImageMeasurement& picture) const {
-  picture.camera = image.camera;
-  picture.state = image.state;
-  picture.origin = image.origin;
-  picture.exposure = image.exposure;
-  picture.geometry = image.geometry;
-  picture.brought_geometry = image.brought_geometry;
-  picture.darkest = image.darkest;
-  picture.brightest = image.brightest;
-  picture.polarity = image.polarity;
-  picture.structureness = image.structureness;
-  picture.measured.clear();
-  const std::size_t size = std::min(image.grey.size(), picture.grey.size());
-  const auto end = image.grey.begin() + static_cast<std::ptrdiff_t>(size);
-  if (as == Discord::kNegative) {
-    const float sum = image.darkest + image.brightest;
-    std::transform(image.grey.begin(), end, picture.grey.begin(), [sum](float grey) { return sum - grey; });
-    return;
-  }
-  std::copy(image.grey.begin(), end, picture.grey.begin());
-  for (int y = 0; as == Discord::kMirrored && y < picture.height; ++y) {
-    const auto row = picture.grey.begin() + static_cast<std::ptrdiff_t>(y) * picture.width;
-    std::reverse(row, row + picture.width);
-  }
 }
 
 // With hysteresis, so that the word does not flicker.

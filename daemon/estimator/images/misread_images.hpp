@@ -48,7 +48,6 @@ class MisreadImages {
 
   [[nodiscard]] int due(MonotonicTime instant, bool lost);
   void read(const Observation& observation, Reading& reading);
-  void draw(const ImageMeasurement& image, Discord as, ImageMeasurement& picture) const;
   void conclude();
 
   SingleFrameEstimator estimator_;

@@ -92,6 +92,9 @@ TEST(MetricsText, WhatIsWrongInTheRoomHasNumbersOnceCoilsAndImagesWereCompared) 
   EXPECT_TRUE(says(text, R"(tubed_em_image_explanation{instrument="cath-1",explanation="registration"} 1)"))
       << text;
   EXPECT_TRUE(says(text, R"(tubed_em_image_explanation{instrument="cath-1",explanation="none"} 0)")) << text;
+  reports.health.agreement.explanation = 9;
+  EXPECT_TRUE(says(metrics_text({{"a", reports}}, kSecond_ns),
+                   R"(tubed_em_image_explanation{instrument="cath-1",explanation="mirrored"} 1)"));
 }
 
 TEST(MetricsText, WhatWasNotCountedIsNotZero) {

@@ -94,6 +94,21 @@ TEST(LiveFindings, WhatExplainsADisagreementIsWrongAndHidesTheRest) {
   }
 }
 
+TEST(LiveFindings, ImagesThatAreReadInAWrongWayAreNamed) {
+  tubed_TubeHealth health = compared();
+  health.agreement.disagree = true;
+  health.agreement.explanation = 8;
+  const auto negative = seconds_of(5, status_with(0), health).findings();
+  EXPECT_EQ(finding(negative, "polarity").verdict, Found::kWrong);
+  EXPECT_NE(finding(negative, "polarity").advice.find("images of camera lateral"), std::string::npos);
+  EXPECT_EQ(finding(negative, "registration").verdict, Found::kNotJudged);
+  EXPECT_EQ(finding(negative, "mirrored images").what, "none");
+  health.agreement.explanation = 9;
+  const auto mirrored = seconds_of(5, status_with(0), health).findings();
+  EXPECT_EQ(finding(mirrored, "mirrored images").verdict, Found::kWrong);
+  EXPECT_EQ(finding(mirrored, "polarity").what, "none");
+}
+
 TEST(LiveFindings, ATubeThatImagesDoNotShowIsWrong) {
   const auto findings = seconds_of(5, status_with(tubed_REASON_IMAGE_LOST_TUBE), {}).findings();
   EXPECT_EQ(finding(findings, "tube in images").verdict, Found::kWrong);
