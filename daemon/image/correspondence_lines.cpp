@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "daemon/image/line_samples.hpp"
 #include "daemon/image/sample_vesselness.hpp"
 
 namespace tubed {
@@ -22,27 +23,23 @@ constexpr float kAgreement = 0.4F;       // share of the usual ridge height that
 
 template <typename Row>
 void normalise(Row& row, int states) {
-  float sum = 0;
-  for (int k = 0; k < states; ++k) {
-    sum += row[static_cast<std::size_t>(k)];
-  }
-  const float scale = 1.0F / std::max(sum, 1e-30F);
-  for (int k = 0; k < states; ++k) {
-    row[static_cast<std::size_t>(k)] *= scale;
-  }
+  Eigen::Map<Eigen::ArrayXf> used(row.data(), states);
+  used *= 1.0F / std::max(used.sum(), 1e-30F);
 }
 
-// One weight of the kernel at a time over the whole row: the same sums in the same order, several at once.
+// Both sides of the kernel at once; without a branch, so that a compiler takes several states at once.
 template <std::size_t kStates, std::size_t kWeights>
 void convolve(const std::array<float, kStates>& from, const std::array<float, kWeights>& kernel, int states,
               std::array<float, kStates>& to) {
   constexpr std::size_t kReach = kWeights - 1;
   std::array<float, kStates + 2 * kReach> padded{};
   std::copy_n(from.begin(), states, padded.begin() + kReach);
-  std::fill_n(to.begin(), states, 0.0F);
-  for (std::size_t j = 0; j <= 2 * kReach; ++j) {
-    const float weight = kernel[j < kReach ? kReach - j : j - kReach];
-    for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) to[k] += padded[k + j] * weight;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
+    float sum = kernel[0] * padded[k + kReach];
+    for (std::size_t j = 1; j <= kReach; ++j) {
+      sum += kernel[j] * (padded[k + kReach - j] + padded[k + kReach + j]);
+    }
+    to[k] = sum;
   }
 }
 
@@ -58,11 +55,11 @@ struct Sides {
 
 Sides sides_of(const ImageMeasurement& image, const CorrespondenceLine& line) {
   const auto mean_at = [&](double offset_px) {
-    float sum = 0;
-    for (const int k : {-1, 0, 1}) {
-      sum += sample_map(image, image.grey, line.base_px + (line.offset_px + offset_px + k) * line.normal);
-    }
-    return sum / 3;
+    std::array<float, 3> greys{};
+    sample_line(image, image.grey,
+                {line.base_px + (line.offset_px + offset_px - 1) * line.normal, line.normal},
+                BeyondEdge::kNothing, greys);
+    return (greys[0] + greys[1] + greys[2]) / 3;
   };
   const double away_px = line.half_width_px + kFlank_px;
   const float centre = mean_at(0);
@@ -109,10 +106,12 @@ void LineSearch::sample(const ImageMeasurement& image, const std::array<Correspo
                         int count, int reach_px) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     const CorrespondenceLine& line = lines[i];
-    for (int k = -reach_px; k <= reach_px; ++k) {
-      const Eigen::Vector2d p = line.base_px + k * line.normal;
-      vesselness_[i][static_cast<std::size_t>(k + reach_px)] =
-          line.in_view ? sample_vesselness(image, p) : 0.0F;
+    const auto row = std::span(vesselness_[i]).first(static_cast<std::size_t>(2 * reach_px + 1));
+    if (line.in_view) {
+      sample_line(image, image.vesselness, {line.base_px - reach_px * line.normal, line.normal},
+                  BeyondEdge::kNothing, row);
+    } else {
+      std::ranges::fill(row, 0.0F);
     }
   }
 }
@@ -137,14 +136,18 @@ float LineSearch::ridge_height(const std::array<CorrespondenceLine, kMaxLines>& 
 void LineSearch::to_evidence(const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int states,
                              float height) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    Eigen::Map<Eigen::ArrayXf> evidence(evidence_[i].data(), states);
+    if (!lines[i].in_view || !(height > 0)) {
+      evidence.setOnes();
+      continue;
+    }
+    const bool has_profile = is_thorough_ && profiles_.knows(i);
     for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
       const float ridge = kEvidenceSlope * (vesselness_[i][k] / std::max(height, 1e-6F) - 0.5F);
-      const float odds = is_thorough_ && profiles_.knows(i)
-                             ? ridge + kProfileShare * (profiles_.log_odds(i, k) - ridge)
-                             : ridge;
-      evidence_[i][k] =
-          lines[i].in_view && height > 0 ? std::exp(std::clamp(odds, -kEvidenceLimit, kEvidenceLimit)) : 1.0F;
+      const float odds = has_profile ? ridge + kProfileShare * (profiles_.log_odds(i, k) - ridge) : ridge;
+      evidence_[i][k] = std::clamp(odds, -kEvidenceLimit, kEvidenceLimit);
     }
+    evidence = evidence.exp();
   }
 }
 

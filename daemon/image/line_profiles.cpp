@@ -6,8 +6,8 @@
 #include <span>
 #include <tuple>
 
+#include "daemon/image/line_samples.hpp"
 #include "daemon/image/nth_smallest.hpp"
-#include "daemon/image/sample_vesselness.hpp"
 
 namespace tubed {
 
@@ -19,12 +19,8 @@ constexpr float kNearerSide = 0.6F;     // what the side nearer in grey counts o
 constexpr float kContrastSlope = 6.0F;  // log-odds gained from no contrast to the usual one, without noise
 constexpr float kNoiseShare = 10.0F;    // of (noise / usual contrast)^2 by which that is less
 constexpr int kNoiseNeighbours = 4;     // lines to either side that share their noise
+constexpr float kOfNeighbours = -1;     // every second line has no noise of its own
 constexpr float kMedianStep = 0.954F;   // median of |a - b| of two pixels with noise of 1
-
-/// Just inside the image.
-Eigen::Vector2d held_inside(const ImageMeasurement& image, const Eigen::Vector2d& p_px) {
-  return {std::clamp(p_px.x(), 0.0, image.width - 1.001), std::clamp(p_px.y(), 0.0, image.height - 1.001)};
-}
 
 }  // namespace
 
@@ -46,7 +42,8 @@ void LineProfiles::measure(const ImageMeasurement& image, std::span<const Corres
       contrast_[i][static_cast<std::size_t>(state)] = contrast_at(state + kPadding, centre_px, side_px);
     }
     peaks_[seen++] = *std::max_element(contrast_[i].begin(), contrast_[i].begin() + 2 * reach_px + 1);
-    noise_[i] = noise_of(2 * (reach_px + kPadding) + 1);
+    const bool has_neighbour = i % 2 == 1 && is_of_use(lines[i - 1]);
+    noise_[i] = has_neighbour ? kOfNeighbours : noise_of(2 * (reach_px + kPadding) + 1);
   }
   const auto middle = peaks_.begin() + static_cast<std::ptrdiff_t>(seen / 2);
   std::nth_element(peaks_.begin(), middle, peaks_.begin() + static_cast<std::ptrdiff_t>(seen));
@@ -55,11 +52,12 @@ void LineProfiles::measure(const ImageMeasurement& image, std::span<const Corres
 
 // Dark is up.
 void LineProfiles::look_across(const ImageMeasurement& image, const CorrespondenceLine& line, int reach_px) {
-  const float sign = image.polarity == RidgePolarity::kDark ? -1.0F : 1.0F;
   const int furthest_px = reach_px + kPadding;
-  for (int k = -furthest_px; k <= furthest_px; ++k) {
-    const Eigen::Vector2d p_px = held_inside(image, line.base_px + k * line.normal);
-    greys_[static_cast<std::size_t>(k + furthest_px)] = sign * sample_map(image, image.grey, p_px);
+  const auto greys = std::span(greys_).first(static_cast<std::size_t>(2 * furthest_px + 1));
+  sample_line(image, image.grey, {line.base_px - furthest_px * line.normal, line.normal}, BeyondEdge::kEdge,
+              greys);
+  if (image.polarity == RidgePolarity::kDark) {
+    for (float& grey : greys) grey = -grey;
   }
 }
 
@@ -94,8 +92,9 @@ void LineProfiles::weigh(std::span<const CorrespondenceLine> lines, float usual)
     float sum = 0;
     int sharing = 0;
     for (int j = std::max(0, i - kNoiseNeighbours); j <= std::min(count - 1, i + kNoiseNeighbours); ++j) {
-      if (!is_of_use(lines[static_cast<std::size_t>(j)])) continue;
-      sum += noise_[static_cast<std::size_t>(j)];
+      const float noise = noise_[static_cast<std::size_t>(j)];
+      if (!is_of_use(lines[static_cast<std::size_t>(j)]) || noise == kOfNeighbours) continue;
+      sum += noise;
       ++sharing;
     }
     const float noise = sum / static_cast<float>(sharing) / usual;

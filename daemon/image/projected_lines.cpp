@@ -1,6 +1,7 @@
 #include "daemon/image/projected_lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 
@@ -48,12 +49,38 @@ class BlindPixels {
     if (!(p.x() >= 0 && p.y() >= 0 && p.x() < image_.width && p.y() < image_.height)) {
       return true;
     }
-    const auto index = static_cast<std::size_t>(p.y()) * static_cast<std::size_t>(image_.width) +
-                       static_cast<std::size_t>(p.x());
-    return sign_ * image_.grey[index] <= limit_;
+    return is_dark(static_cast<int>(p.x()), static_cast<int>(p.y()));
+  }
+
+  /// Whether more than `most` of the pixels at first_px + k step_px, k = 0 .. count - 1, are so.
+  [[nodiscard]] bool are_more_than(int most, const Eigen::Vector2d& first_px, const Eigen::Vector2d& step_px,
+                                   int count) const {
+    const Eigen::Vector2d last_px = first_px + (count - 1) * step_px;
+    const bool is_inside = contains(first_px) && contains(last_px);
+    int blind = 0;
+    // Not further than it may still become so many.
+    for (int k = 0; k < count && blind <= most && blind + count - k > most; ++k) {
+      const Eigen::Vector2d p_px = first_px + k * step_px;
+      const bool is_blind = is_inside
+                                ? is_dark(static_cast<int>(p_px.x() + 0.5), static_cast<int>(p_px.y() + 0.5))
+                                : contain(p_px);
+      blind += is_blind ? 1 : 0;
+    }
+    return blind > most;
   }
 
  private:
+  /// By half a pixel at least, so that rounding along a line stays inside.
+  [[nodiscard]] bool contains(const Eigen::Vector2d& p_px) const {
+    return p_px.x() >= 0 && p_px.y() >= 0 && p_px.x() < image_.width - 1 && p_px.y() < image_.height - 1;
+  }
+
+  [[nodiscard]] bool is_dark(int x_px, int y_px) const {
+    const auto index = static_cast<std::size_t>(y_px) * static_cast<std::size_t>(image_.width) +
+                       static_cast<std::size_t>(x_px);
+    return sign_ * image_.grey[index] <= limit_;
+  }
+
   const ImageMeasurement& image_;
   float sign_;
   float limit_;  ///< sign_ times the grey value
@@ -62,16 +89,10 @@ class BlindPixels {
 /// More than half of what lies across the tube, there or a little before or behind.
 bool is_blind(const BlindPixels& blind, const CorrespondenceLine& line, int reach_px) {
   const Eigen::Vector2d along(line.normal.y(), -line.normal.x());
-  for (const double shift_px : {0.0, -kBlindMargin_px, kBlindMargin_px}) {
-    int count = 0;
-    for (int k = -reach_px; k <= reach_px; ++k) {
-      count += blind.contain(line.base_px + shift_px * along + k * line.normal) ? 1 : 0;
-    }
-    if (count > reach_px) {
-      return true;
-    }
-  }
-  return false;
+  const Eigen::Vector2d first_px = line.base_px - reach_px * line.normal;
+  return std::ranges::any_of(std::array{0.0, -kBlindMargin_px, kBlindMargin_px}, [&](double shift_px) {
+    return blind.are_more_than(reach_px, first_px + shift_px * along, line.normal, 2 * reach_px + 1);
+  });
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "daemon/image/ridge_choice.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -16,12 +17,17 @@ constexpr double kMaxChiSquare = 16;  // 4 sigma: what is further off is as unli
 constexpr double kOtherRidge_px = 2;  // nearer, two ridges are one
 constexpr float kBackground = 0.05F;  // evidence of a ridge that is another tube's
 
-/// log of how likely the tube is at an offset, by the prediction alone, to be added to the evidence's log.
-double log_prediction(const CorrespondenceLine& line, double offset_px) {
-  const double off_px = offset_px - line.expected_px;
+/// Multiplies the evidence at offsets -reach_px .. reach_px by how likely the tube is there by the prediction
+/// alone.
+void multiply_prediction(const CorrespondenceLine& line, int reach_px, RidgeChoice::Row& evidence) {
   const double variance_px2 = line.expected_variance_px2 + kSigmaOfRidge_px * kSigmaOfRidge_px;
-  const double chi_squared = std::min(off_px * off_px / variance_px2, kMaxChiSquare);
-  return -0.5 * chi_squared * kLinesOfOneEvidence / kLinesOfOnePrediction;
+  const auto per_sigma = static_cast<float>(1 / std::sqrt(variance_px2));
+  const auto first = static_cast<float>(-reach_px - line.expected_px) * per_sigma;
+  Eigen::Map<Eigen::ArrayXf> used(evidence.data(), 2 * reach_px + 1);
+  const auto steps =
+      Eigen::ArrayXf::LinSpaced(used.size(), first, first + static_cast<float>(2 * reach_px) * per_sigma);
+  const auto factor = static_cast<float>(-0.5 * kLinesOfOneEvidence / kLinesOfOnePrediction);
+  used *= (factor * steps.square().min(static_cast<float>(kMaxChiSquare))).exp();
 }
 
 }  // namespace
@@ -36,10 +42,7 @@ bool RidgeChoice::prefer(std::span<const CorrespondenceLine> lines, int reach_px
   for (std::size_t i = 0; i < lines.size(); ++i) {
     found_[i] = {lines[i].offset_px, lines[i].variance_px2};
     alone_[i] = evidence[i];
-    for (int k = -reach_px; is_predicted(lines[i]) && k <= reach_px; ++k) {
-      evidence[i][static_cast<std::size_t>(k + reach_px)] *=
-          static_cast<float>(std::exp(log_prediction(lines[i], k)));
-    }
+    if (is_predicted(lines[i])) multiply_prediction(lines[i], reach_px, evidence[i]);
   }
   return true;
 }

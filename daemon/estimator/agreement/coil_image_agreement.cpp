@@ -17,6 +17,7 @@ constexpr double kEndSeen_mm = 0.6;  // nearer than that it is not known where t
 constexpr double kEndContradicts_mm = 3;  // the shape is seen to end elsewhere, whatever explains it
 constexpr double kEndAgrees_mm = 2;
 constexpr double kHeldFor_s = 1;
+constexpr double kJudgeEvery_s = 0.1;        // images closer together bring little news: CoilImageEvidence
 constexpr double kSharedShare = 0.7;         // of what stays of a coil's error, its neighbours' share
 constexpr double kBetterTracker = 0.5;       // of what stays, as likely as all of what the settings say
 constexpr double kBetterRegistration = 0.2;  // of what is stated, as likely as all of it
@@ -88,6 +89,7 @@ void CoilImageAgreement::suppose() {
 
 void CoilImageAgreement::reset() {
   seen_.reset();
+  judged_.reset();
   verdict_ = Verdict{};
   disagree_ = false;
   end_contradicts_ = false;
@@ -99,6 +101,9 @@ void CoilImageAgreement::reset() {
 void CoilImageAgreement::observe(const CoilObservations& coils, const ConfirmedShape& shape, double noise_mm,
                                  double lasting_mm) {
   seen_.observe(coils, shape, noise_mm);
+  const bool is_soon = judged_ && std::abs(seconds_between(*judged_, shape.instant)) < kJudgeEvery_s;
+  if (is_soon) return;
+  judged_ = shape.instant;
   judge(std::max(lasting_mm, errors_.coil_mm));
   conclude();
 }

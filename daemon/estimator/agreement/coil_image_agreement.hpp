@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "daemon/estimator/agreement/coil_image_evidence.hpp"
@@ -106,6 +107,7 @@ class CoilImageAgreement {
   CoilImageEvidence seen_;
   Eigen::VectorXd D_;
   std::vector<Explanation> explanations_;
+  std::optional<MonotonicTime> judged_;  ///< image of the newest verdict
   Verdict verdict_;
   bool disagree_ = false;
   bool end_contradicts_ = false;
