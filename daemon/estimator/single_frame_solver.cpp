@@ -99,11 +99,13 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    const bool looked = views.measure(observation, map_.spline(), C_,
-                                      {.reach_px = reach,
-                                       .tip_is_held = loose_tip_mm(coils, rest_) == 0,
-                                       .prediction = predicts ? &prediction : nullptr},
-                                      estimate);
+    const bool looked = views.measure(
+        observation, map_.spline(), C_,
+        {.reach_px = reach,
+         .tip_is_held = loose_tip_mm(coils, rest_) == 0,
+         .prediction = predicts ? &prediction : nullptr,
+         .among = asked == Asked::kSecondOpinion ? LineSearch::Among::kNoise : LineSearch::Among::kTubes},
+        estimate);
     const auto lines = views.constraints(observation, 1, false);
     if (!lines.empty()) {
       estimate.iterations += static_cast<std::uint32_t>(

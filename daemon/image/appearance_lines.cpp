@@ -98,7 +98,7 @@ void LineAppearance::forget() {
 }
 
 LineSearch::Outcome PosteriorLikelihood::find(const ImageMeasurement& image, CorrespondenceLines& lines,
-                                              int count, int reach_px) {
+                                              int count, int reach_px, LineSearch::Among /*among*/) {
   if (!appearance_.model().learned()) {
     const LineSearch::Outcome outcome = appearance_.begin(image, lines, count, reach_px, search_);
     if (!appearance_.model().learned()) return outcome;
@@ -136,7 +136,7 @@ void BandPixelLikelihood::step(CorrespondenceLines& lines, int count, int reach_
 }
 
 LineSearch::Outcome BandPixelLikelihood::find(const ImageMeasurement& image, CorrespondenceLines& lines,
-                                              int count, int reach_px) {
+                                              int count, int reach_px, LineSearch::Among /*among*/) {
   if (!appearance_.model().learned()) {
     const LineSearch::Outcome outcome = appearance_.begin(image, lines, count, reach_px, search_);
     if (!appearance_.model().learned()) return outcome;

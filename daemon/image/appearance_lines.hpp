@@ -42,8 +42,8 @@ class LineAppearance {
 /// Pixel-wise posteriors summed over the tube's width at every offset of every line.
 class PosteriorLikelihood final : public ImageLikelihood {
  public:
-  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count,
-                           int reach_px) override;
+  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count, int reach_px,
+                           LineSearch::Among among) override;
   void trust(const ImageMeasurement& image) override { appearance_.trust(image); }
   void distrust() override { appearance_.distrust(); }
   void forget() override { appearance_.forget(); }
@@ -57,8 +57,8 @@ class PosteriorLikelihood final : public ImageLikelihood {
 /// contour as wide as the lines reach (Eq. (17)), at last with a narrow one.
 class BandPixelLikelihood final : public ImageLikelihood {
  public:
-  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count,
-                           int reach_px) override;
+  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count, int reach_px,
+                           LineSearch::Among among) override;
   void trust(const ImageMeasurement& image) override { appearance_.trust(image); }
   void distrust() override { appearance_.distrust(); }
   void forget() override { appearance_.forget(); }

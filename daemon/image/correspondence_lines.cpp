@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kTransitionReach = 4;      // px; changes beyond are not considered
 constexpr float kEvidenceSlope = 6.0F;   // log-odds gained from no ridge to a full one
+constexpr float kRidgeNoiseShare = 30;   // of (ridge of noise / usual height)^2 by which that is less
 constexpr float kProfileShare = 0.6F;    // of the evidence; the rest is the ridge's
 constexpr float kEvidenceLimit = 3.0F;   // no single line may say more than this
 constexpr double kFlank_px = 3.0;        // beyond the tube's side, where its background is looked at
@@ -133,8 +134,12 @@ float LineSearch::ridge_height(const std::array<CorrespondenceLine, kMaxLines>& 
   return *middle;
 }
 
+// A ridge as high as those of noise around it says little, one in a clean stretch all that a ridge can say.
 void LineSearch::to_evidence(const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int states,
-                             float height) {
+                             float height, Among among) {
+  const bool weighs_noise = is_thorough_ && among == Among::kNoise;
+  const auto searched = std::span(lines).first(static_cast<std::size_t>(count));
+  if (weighs_noise) noise_.measure(searched, vesselness_, states);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     Eigen::Map<Eigen::ArrayXf> evidence(evidence_[i].data(), states);
     if (!lines[i].in_view || !(height > 0)) {
@@ -142,8 +147,11 @@ void LineSearch::to_evidence(const std::array<CorrespondenceLine, kMaxLines>& li
       continue;
     }
     const bool has_profile = is_thorough_ && profiles_.knows(i);
+    const float noise = weighs_noise ? noise_.at(searched, i) / height : 0;
+    // What is no number weighs nothing.
+    const float slope = noise > 0 ? kEvidenceSlope / (1 + kRidgeNoiseShare * noise * noise) : kEvidenceSlope;
     for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
-      const float ridge = kEvidenceSlope * (vesselness_[i][k] / std::max(height, 1e-6F) - 0.5F);
+      const float ridge = slope * (vesselness_[i][k] / height - 0.5F);
       const float odds = has_profile ? ridge + kProfileShare * (profiles_.log_odds(i, k) - ridge) : ridge;
       evidence_[i][k] = std::clamp(odds, -kEvidenceLimit, kEvidenceLimit);
     }
@@ -338,7 +346,7 @@ void LineSearch::doubt_edges(const ImageMeasurement& image, std::array<Correspon
 
 LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
                                        std::array<CorrespondenceLine, kMaxLines>& lines, int count,
-                                       int reach_px, double transition_px) {
+                                       int reach_px, double transition_px, Among among) {
   Outcome outcome;
   if (count == 0) {
     return outcome;
@@ -350,7 +358,7 @@ LineSearch::Outcome LineSearch::search(const ImageMeasurement& image,
   if (is_thorough_) {
     profiles_.measure(image, std::span(lines).first(static_cast<std::size_t>(count)), reach_px);
   }
-  to_evidence(lines, count, states, height);
+  to_evidence(lines, count, states, height, among);
   find(lines, count, reach_px, transition_px);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     CorrespondenceLine& line = lines[i];

@@ -10,6 +10,7 @@
 #include "daemon/image/line_profiles.hpp"
 #include "daemon/image/ridge_choice.hpp"
 #include "daemon/image/ridge_claims.hpp"
+#include "daemon/image/ridge_noise.hpp"
 
 namespace tubed {
 
@@ -30,6 +31,12 @@ class LineSearch {
     kThorough  ///< LineProfiles beside it; where two stretches have found one ridge RidgeClaims says whose
   };
 
+  /// What ridges beside the tube's are taken for.
+  enum class Among {
+    kTubes,  ///< other tubes: each ridge counts by its height
+    kNoise   ///< where there are many, as high as the tube's, each of them counts less
+  };
+
   explicit LineSearch(Manner manner = Manner::kThorough) : is_thorough_(manner == Manner::kThorough) {}
 
   /// What a search found over all lines.
@@ -42,7 +49,7 @@ class LineSearch {
   /// Searches lines[0 .. count), neighbours along the tube next to each other, `reach_px` (1 .. kMaxReach) to
   /// either side. `transition_px`: standard deviation of the offset's change from one line to the next.
   Outcome search(const ImageMeasurement& image, std::array<CorrespondenceLine, kMaxLines>& lines, int count,
-                 int reach_px, double transition_px);
+                 int reach_px, double transition_px, Among among = Among::kTubes);
 
   /// The same with another evidence: log(P_f / P_b) of `model`, the mean over the line's half width to either
   /// side. A line agrees when what it found looks more like tube than like background.
@@ -63,7 +70,7 @@ class LineSearch {
   [[nodiscard]] float ridge_height(const std::array<CorrespondenceLine, kMaxLines>& lines, int count,
                                    int states);
   void to_evidence(const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int states,
-                   float height);
+                   float height, Among among);
   void to_evidence(const ImageMeasurement& image, const AppearanceModel& model,
                    const std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px);
   void find_moments(std::array<CorrespondenceLine, kMaxLines>& lines, int count, int reach_px) const;
@@ -83,6 +90,7 @@ class LineSearch {
   std::array<float, kMaxLines> peaks_;
   std::array<bool, kMaxLines> on_edge_;
   LineProfiles profiles_;
+  RidgeNoise noise_;
   RidgeChoice choice_;
   RidgeClaims claims_;
   RidgeClaims::PerLine on_ridge_{};

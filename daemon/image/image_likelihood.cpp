@@ -8,9 +8,9 @@ namespace {
 
 class VesselnessLikelihood final : public ImageLikelihood {
  public:
-  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count,
-                           int reach_px) override {
-    return search_.search(image, lines, count, reach_px, kLineTransition_px);
+  LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count, int reach_px,
+                           LineSearch::Among among) override {
+    return search_.search(image, lines, count, reach_px, kLineTransition_px, among);
   }
 
  private:

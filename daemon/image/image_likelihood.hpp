@@ -18,9 +18,9 @@ class ImageLikelihood {
   virtual ~ImageLikelihood() = default;
 
   /// Fills offset_px, variance_px2 and agrees of the first `count` lines that are in view, from `reach_px` (1
-  /// .. LineSearch::kMaxReach) to either side.
+  /// .. LineSearch::kMaxReach) to either side. Forms that know nothing of ridges pass over `among`.
   virtual LineSearch::Outcome find(const ImageMeasurement& image, CorrespondenceLines& lines, int count,
-                                   int reach_px) = 0;
+                                   int reach_px, LineSearch::Among among) = 0;
 
   /// The tube was where the newest find() of this image found it.
   virtual void trust(const ImageMeasurement& /*image*/) {}

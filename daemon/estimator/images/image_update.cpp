@@ -58,8 +58,9 @@ ImageUpdate::Outcome ImageUpdate::apply(const Observation& observation, const Co
   bool looked = false;
   std::span<const ViewConstraints> lines;
   for (const int reach : kReaches_px) {
-    looked = views_.measure(observation, map().spline(), coefficients_.coefficients(),
-                            {reach, loose_mm == 0, 0, true, &prediction}, estimate);
+    looked =
+        views_.measure(observation, map().spline(), coefficients_.coefficients(),
+                       {reach, loose_mm == 0, 0, true, &prediction, LineSearch::Among::kNoise}, estimate);
     lines = views_.constraints(observation, kImageVarianceFactor, true);
     if (lines.empty()) break;
     if (jerk == Jerk::kAsked && loose_mm == 0 && reach == kFirstReach_px) {

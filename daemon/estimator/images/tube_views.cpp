@@ -144,7 +144,8 @@ void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_v
   if (view.lines_asked == 0) {
     return;
   }
-  const LineSearch::Outcome outcome = view.likelihood->find(image, lines_, layout_.count, search.reach_px);
+  const LineSearch::Outcome outcome =
+      view.likelihood->find(image, lines_, layout_.count, search.reach_px, search.among);
   view.inlier_ratio = outcome.inlier_ratio;
   view.tip = {tubed::misses_tip(lines_, layout_), tubed::unseen_at_tip(lines_, layout_)};
   if (search.prediction != nullptr) {

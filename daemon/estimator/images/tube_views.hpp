@@ -37,6 +37,9 @@ struct TubeSearch {
   bool asks_marks = false;
   /// Which of two ridges side by side is the tube's, it decides; nullptr: the image alone does.
   const TubePrediction* prediction = nullptr;
+  /// By who knows from images before where the tube is. Who begins has no better than a ridge, and the bounds
+  /// of comparisons between shapes are set for ridges at their full height.
+  LineSearch::Among among = LineSearch::Among::kTubes;
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.

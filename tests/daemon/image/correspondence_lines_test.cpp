@@ -42,8 +42,9 @@ struct Search {
       lines[static_cast<std::size_t>(i)].in_view = true;
     }
   }
-  LineSearch::Outcome run(const ImageMeasurement& image) {
-    return search->search(image, lines, kLines, 14, 0.7);
+  LineSearch::Outcome run(const ImageMeasurement& image,
+                          LineSearch::Among among = LineSearch::Among::kTubes) {
+    return search->search(image, lines, kLines, 14, 0.7, among);
   }
 };
 
@@ -94,6 +95,68 @@ TEST(LineSearch, PureNoiseIsNotTakenForATube) {
   EXPECT_GT(mean_variance, 1.0) << "it does not know, and says so; inlier ratio " << outcome.inlier_ratio;
 }
 
+ImageMeasurement two_ridges(double y, double faint_y, float share) {
+  ImageMeasurement image = vesselness_with_ridge([y](int) { return y; }, 0.1);
+  const ImageMeasurement faint = vesselness_with_ridge([faint_y](int) { return faint_y; }, 0.1);
+  for (std::size_t i = 0; i < image.vesselness.size(); ++i) {
+    image.vesselness[i] = std::max(image.vesselness[i], share * faint.vesselness[i]);
+  }
+  return image;
+}
+
+/// A tube's ridge at y = 103 up to x = 100; beyond, ridges of noise that are nearly as high and none of a
+/// tube.
+ImageMeasurement half_in_noise() {
+  ImageMeasurement image = vesselness_with_ridge([](int x) { return x < 100 ? 103.0 : -1000.0; }, 0.02);
+  std::mt19937 random(8);
+  std::uniform_int_distribution<int> anywhere(2, kSize - 3);
+  std::exponential_distribution<float> height(3);
+  for (int blob = 0; blob < 4000; ++blob) {
+    const int x = anywhere(random);
+    const int y = anywhere(random);
+    const float most = x < 100 ? 0 : std::min(0.8F, height(random));
+    for (int v = -2; v <= 2; ++v) {
+      for (int u = -2; u <= 2; ++u) {
+        float& here = image.vesselness[static_cast<std::size_t>((y + v) * kSize + x + u)];
+        here = std::max(here, most * std::exp(-0.5F * static_cast<float>(u * u + v * v)));
+      }
+    }
+  }
+  return image;
+}
+
+TEST(LineSearch, RidgesAmongRidgesOfNoiseSayLessWhereTheyAreTakenForThat) {
+  const ImageMeasurement image = half_in_noise();
+  Search tubes;
+  tubes.run(image);
+  Search noise;
+  noise.run(image, LineSearch::Among::kNoise);
+  for (std::size_t i = 0; i < 25; ++i) {
+    EXPECT_NEAR(noise.lines[i].offset_px, 3, 0.5) << i;
+    EXPECT_NEAR(noise.lines[i].variance_px2, tubes.lines[i].variance_px2, 0.2) << i;
+  }
+  double sure_px2 = 0;
+  double weighed_px2 = 0;
+  for (std::size_t i = 35; i < kLines; ++i) {
+    sure_px2 += tubes.lines[i].variance_px2;
+    weighed_px2 += noise.lines[i].variance_px2;
+  }
+  EXPECT_GT(weighed_px2, 1.8 * sure_px2);
+}
+
+// Beside the tube's ridge another one: that is a tube, however long.
+TEST(LineSearch, OneRidgeBesideTheTubesIsNoNoise) {
+  const ImageMeasurement image = two_ridges(97, 106, 0.8F);
+  Search tubes;
+  tubes.run(image);
+  Search noise;
+  noise.run(image, LineSearch::Among::kNoise);
+  for (std::size_t i = 0; i < kLines; ++i) {
+    EXPECT_NEAR(noise.lines[i].offset_px, tubes.lines[i].offset_px, 0.3) << i;
+    EXPECT_NEAR(noise.lines[i].variance_px2, tubes.lines[i].variance_px2, 0.3) << i;
+  }
+}
+
 TEST(LineSearch, LinesOutOfViewTakeNoPart) {
   Search search;
   for (int i = 20; i < kLines; ++i) {
@@ -129,15 +192,6 @@ struct Arch : Search {
   }
   [[nodiscard]] double variance_px2(int i) const { return lines[static_cast<std::size_t>(i)].variance_px2; }
 };
-
-ImageMeasurement two_ridges(double y, double faint_y, float share) {
-  ImageMeasurement image = vesselness_with_ridge([y](int) { return y; }, 0.1);
-  const ImageMeasurement faint = vesselness_with_ridge([faint_y](int) { return faint_y; }, 0.1);
-  for (std::size_t i = 0; i < image.vesselness.size(); ++i) {
-    image.vesselness[i] = std::max(image.vesselness[i], share * faint.vesselness[i]);
-  }
-  return image;
-}
 
 TEST(LineSearch, AFaintShaftIsNotLostToTheDarkerOneBesideIt) {
   Arch arch(8);

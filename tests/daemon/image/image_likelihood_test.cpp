@@ -92,7 +92,7 @@ class ImageLikelihoodOf : public testing::TestWithParam<ImageLikelihoodForm> {
   }
 
   LineSearch::Outcome find(const ImageMeasurement& image) {
-    return likelihood_->find(image, lines_, kLines, kReach_px);
+    return likelihood_->find(image, lines_, kLines, kReach_px, LineSearch::Among::kTubes);
   }
 
   /// A tube alone is looked at first, and trusted: what tube and background look like is known from then on.
