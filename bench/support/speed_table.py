@@ -83,7 +83,7 @@ def speed_rows(figures):
               f"{figures.text('solve/26/coils_and_lines/ceres-sparse-cholesky', '{:.3f}', 'peer_p50')}: "
               + (f"{solve:.1f} times faster" if solve else "not measured"),
               "15; 80", judged(solve, 15, 80, False), "./run bench stages --only solve")
-    yield row("all of an instant: likelihood, solves, covariance", "mode `paper`; the paper says 20 ms",
+    yield row("an instant until its estimate leaves: likelihood, solves, covariance", "mode `paper`; the paper says 20 ms",
               f"{figures.text('instant/filter')} ms for {figures.text('instant/filter', '{:.0f}', 'peer_p50')}",
               "", "", "./run bench stages --only instant")
     written = figures.get("end_to_end/30/written")

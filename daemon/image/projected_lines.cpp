@@ -56,7 +56,7 @@ class BlindPixels {
   [[nodiscard]] bool are_more_than(int most, const Eigen::Vector2d& first_px, const Eigen::Vector2d& step_px,
                                    int count) const {
     const Eigen::Vector2d last_px = first_px + (count - 1) * step_px;
-    const bool is_inside = contains(first_px) && contains(last_px);
+    const bool is_inside = is_well_inside(first_px) && is_well_inside(last_px);
     int blind = 0;
     // Not further than it may still become so many.
     for (int k = 0; k < count && blind <= most && blind + count - k > most; ++k) {
@@ -71,7 +71,7 @@ class BlindPixels {
 
  private:
   /// By half a pixel at least, so that rounding along a line stays inside.
-  [[nodiscard]] bool contains(const Eigen::Vector2d& p_px) const {
+  [[nodiscard]] bool is_well_inside(const Eigen::Vector2d& p_px) const {
     return p_px.x() >= 0 && p_px.y() >= 0 && p_px.x() < image_.width - 1 && p_px.y() < image_.height - 1;
   }
 

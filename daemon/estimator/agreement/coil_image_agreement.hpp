@@ -14,12 +14,12 @@ namespace tubed {
 
 /// Which mistake explains best, for one instrument, how coils lie beside the tube that images show
 /// (CoilImageEvidence)? Whatever may be wrong in a room is an unknown of one linear model (CoilImageModel).
-/// Explanations are compared by their evidence at each image: "as stated" allows RoomErrors and what the
-/// tracker may be wrong by; each of the others allows one part much more and is a hundred times less likely
-/// before anything was seen. Each of them stands for two: a registration as far off as is stated, and one
-/// a fifth as far. Across one view three of the registration's six numbers show; what does not
-/// show keeps its prior, so that doubt() is large in depth where much is wrong across, and small where all of
-/// it is seen to be right. Called by the optimizer thread; memory is taken in the constructor.
+/// Explanations are compared by their evidence, of all images, every 0.1 s: "as stated" allows RoomErrors and
+/// what the tracker may be wrong by; each of the others allows one part much more and is a hundred times less
+/// likely before anything was seen. Each of them stands for two: a registration as far off as is stated, and
+/// one a fifth as far. Across one view three of the registration's six numbers show; what does not show keeps
+/// its prior, so that doubt() is large in depth where much is wrong across, and small where all of it is seen
+/// to be right. Called by the optimizer thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);

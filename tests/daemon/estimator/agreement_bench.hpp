@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -19,7 +20,6 @@ namespace tubed {
 
 inline constexpr double kNoise_mm = 0.5;
 inline constexpr double kMiddle_mm = 190;  // of the tube
-inline constexpr std::chrono::milliseconds kBetweenFrames{100};
 
 /// From behind the second view of the tests of two.
 inline RoomDescription two_views() {
@@ -61,12 +61,13 @@ class AgreementBench {
   double image_scale = 1;   ///< of the first image, about its middle; the shape keeps its length
   double end_mm = 0;        ///< by which the tube ends further out in the image
   bool shows_end = true;
+  int rate_hz = 10;                    ///< of images
   double dark_from_mm = 1e9;           ///< from here on the image is too dark to show the tube
   CoilState third = CoilState::kUsed;  ///< of the third coil
 
   const CoilImageAgreement& watch(double seconds, const Mistake& mistake) {
-    for (int i = 0; i < static_cast<int>(seconds * 10); ++i) {
-      now_ += kBetweenFrames;
+    for (int i = 0; i < static_cast<int>(std::lround(seconds * rate_hz)); ++i) {
+      now_ += std::chrono::milliseconds(1000) / rate_hz;
       const double t_s = static_cast<double>(to_ns(now_)) * 1e-9;
       Eigen::Matrix3Xd C = image_scale == 1 ? C_ : scaled();
       C.leftCols(map_.spline().coefficient_count()).colwise() += motion_mm(t_s);

@@ -55,6 +55,18 @@ TEST(CoilImageAgreement, WhatIsWrongAcrossIsDoubtedInDepth) {
   EXPECT_LT(bench.sigma_mm(200).head<2>().maxCoeff(), 1.2);
 }
 
+// What images in between bring is kept for the next verdict.
+TEST(CoilImageAgreement, IsJudgedAfterATenthOfASecondAndAtOnceAfterItForgot) {
+  AgreementBench bench;
+  bench.rate_hz = 100;
+  const CoilImageAgreement& agreement = bench.watch(0.01, as_it_is);
+  const double first = agreement.verdict().as_stated;
+  EXPECT_EQ(bench.watch(0.09, registered_wrong({8, 6, 0}, 0)).verdict().as_stated, first);
+  EXPECT_NE(bench.watch(0.01, registered_wrong({8, 6, 0}, 0)).verdict().as_stated, first);
+  bench.forget();
+  EXPECT_NE(bench.watch(0.01, registered_wrong({8, 6, 0}, 0)).verdict().as_stated, 1);
+}
+
 // 1 mm is stated, or a fifth of it is as likely.
 TEST(CoilImageAgreement, BeforeAnythingWasSeenARegistrationIsDoubtedAsStated) {
   const double sigma_mm = std::sqrt((1 + 0.04) / 2);

@@ -19,11 +19,8 @@ constexpr int kHeight = 50;
 ImageMeasurement noisy_image() {
   ImageMeasurement image;
   image.reserve(kWidth, kHeight);
-  image.width = kWidth;
-  image.height = kHeight;
   std::mt19937 generator(3);
   std::uniform_real_distribution<float> greys(0, 255);
-  image.grey.resize(kWidth * kHeight);
   std::ranges::generate(image.grey, [&] { return greys(generator); });
   return image;
 }
