@@ -1,5 +1,6 @@
 #include "daemon/estimator/agreement/coil_image_agreement.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -79,12 +80,11 @@ CoilImageAgreement::CoilImageAgreement(const RoomErrors& errors, const Instrumen
   suppose();
 }
 
-// Before anything was seen the registration is as stated, or better.
+// Before anything was seen nothing of the registration was checked.
 void CoilImageAgreement::suppose() {
-  const double mean_square = (1 + squared(kBetterRegistration)) / 2;
   registration_square_.setZero();
-  registration_square_.diagonal().head<3>().setConstant(mean_square * squared(errors_.shift_mm));
-  registration_square_.diagonal().tail<3>().setConstant(mean_square * squared(errors_.turn_rad));
+  registration_square_.diagonal().head<3>().setConstant(squared(errors_.unchecked_shift_mm));
+  registration_square_.diagonal().tail<3>().setConstant(squared(errors_.unchecked_turn_rad));
 }
 
 void CoilImageAgreement::reset() {
@@ -264,21 +264,56 @@ void CoilImageAgreement::conclude() {
   }
 }
 
+// Mean square of the registration's error by that explanation. Where it allows the registration as little as
+// RoomErrors does (D), that is what it would be with the prior of what was never checked (D'): with
+// covariance V and mean m of D, V' = (V^-1 - D^-2 + D'^-2)^-1 and m' = V' V^-1 m.
+Eigen::Matrix<double, 6, 6> CoilImageAgreement::registration_square(const Explanation& explanation) const {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Eigen::Matrix<double, 6, 1> mean = explanation.registration;
+  Matrix6 V = explanation.covariance;
+  if (explanation.discord != Discord::kRegistration) {
+    const double share = explanation.registration_share;
+    Eigen::Matrix<double, 6, 1> change;
+    change.head<3>().setConstant(1 / squared(errors_.unchecked_shift_mm) -
+                                 1 / squared(share * errors_.shift_mm));
+    change.tail<3>().setConstant(1 / squared(errors_.unchecked_turn_rad) -
+                                 1 / squared(share * errors_.turn_rad));
+    const Matrix6 information = V.inverse();
+    const Eigen::LLT<Matrix6> unchecked(information + Matrix6(change.asDiagonal()));
+    if (unchecked.info() == Eigen::Success) {
+      mean = unchecked.solve(information * mean);
+      V = unchecked.solve(Matrix6::Identity());
+    }
+  }
+  return V + mean * mean.transpose();
+}
+
+// The same of a view's magnification, by itself.
+double CoilImageAgreement::magnification_square(const Explanation& explanation, std::size_t view) const {
+  const double mean = explanation.magnification[view];
+  const double variance = explanation.magnification_variance[view];
+  const bool is_explained_by_it =
+      explanation.discord == Discord::kMagnification && static_cast<std::size_t>(explanation.index) == view;
+  if (is_explained_by_it || variance <= 0) {
+    return squared(mean) + variance;
+  }
+  const double unchecked =
+      1 / (1 / variance - 1 / squared(errors_.magnification) + 1 / squared(errors_.unchecked_magnification));
+  return squared(mean * unchecked / variance) + unchecked;
+}
+
 // Of the mixture of all explanations.
 void CoilImageAgreement::take_moments() {
   registration_square_.setZero();
   field_square_mm2_ = 0;
   magnification_square_ = {};
   for (const Explanation& explanation : explanations_) {
-    registration_square_ +=
-        explanation.probability *
-        (explanation.covariance + explanation.registration * explanation.registration.transpose());
+    registration_square_ += explanation.probability * registration_square(explanation);
     if (explanation.discord == Discord::kField) {
       field_square_mm2_ += explanation.probability * squared(kWrongField_mm);
     }
     for (std::size_t view = 0; view < magnification_square_.size(); ++view) {
-      magnification_square_[view] += explanation.probability * (squared(explanation.magnification[view]) +
-                                                                explanation.magnification_variance[view]);
+      magnification_square_[view] += explanation.probability * magnification_square(explanation, view);
     }
   }
 }

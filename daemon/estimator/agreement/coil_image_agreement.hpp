@@ -18,8 +18,9 @@ namespace tubed {
 /// what the tracker may be wrong by; each of the others allows one part much more and is a hundred times less
 /// likely before anything was seen. Each of them stands for two: a registration as far off as is stated, and
 /// one a fifth as far. Across one view three of the registration's six numbers show; what does not show keeps
-/// its prior, so that doubt() is large in depth where much is wrong across, and small where all of it is seen
-/// to be right. Called by the optimizer thread; memory is taken in the constructor.
+/// its prior. What is published (doubt()) has the wider prior of what was never checked: that all is right
+/// across a view says nothing of its depth, which poses of cameras know least, and where a mistake of 6 mm
+/// stays unnoticed. Called by the optimizer thread; memory is taken in the constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);
@@ -100,6 +101,8 @@ class CoilImageAgreement {
   void compare(double registration_share, double lasting_mm);
   void remember(Explanation& explanation);
   void conclude();
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> registration_square(const Explanation& explanation) const;
+  [[nodiscard]] double magnification_square(const Explanation& explanation, std::size_t view) const;
   void take_moments();
   void name(const Explanation& explanation);
 

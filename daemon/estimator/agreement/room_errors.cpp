@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
+#include <utility>
+
+#include "idl/geometry/squared.hpp"
 
 namespace tubed {
 
@@ -58,17 +62,21 @@ MotionVariance of_poses(const std::vector<CameraCalibration>& cameras) {
   return greatest;
 }
 
-/// The greatest of a sigma that every one of `list` states; `usual` when one does not, or the list is empty.
+/// The greatest of a sigma that every one of `list` states; nothing when one does not, or the list is empty.
 template <typename Item>
-double max_stated(const std::vector<Item>& list, std::optional<double> Item::*sigma, double usual) {
-  double greatest = 0;
+std::optional<double> max_stated(const std::vector<Item>& list, std::optional<double> Item::*sigma) {
+  std::optional<double> greatest;
   for (const Item& item : list) {
     if (!(item.*sigma)) {
-      return usual;
+      return {};
     }
-    greatest = std::max(greatest, *(item.*sigma));
+    greatest = std::max(greatest.value_or(0), *(item.*sigma));
   }
-  return list.empty() ? usual : bounded(greatest, usual);
+  return greatest;
+}
+
+double bounded_or_usual(std::optional<double> sigma, double usual) {
+  return sigma ? bounded(*sigma, usual) : usual;
 }
 
 }  // namespace
@@ -80,15 +88,24 @@ RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription&
   const auto registration = of_registration(room);
   const bool is_stated = registration || poses.shift_mm2 > 0 || poses.turn_rad2 > 0;
   if (is_stated) {
-    const MotionVariance known = registration.value_or(
-        MotionVariance{usual.shift_mm * usual.shift_mm, usual.turn_rad * usual.turn_rad});
-    errors.shift_mm = bounded(std::sqrt(known.shift_mm2 + poses.shift_mm2), usual.shift_mm);
-    errors.turn_rad = bounded(std::sqrt(known.turn_rad2 + poses.turn_rad2), usual.turn_rad);
+    const auto with_poses = [&](double shift_mm, double turn_rad) {
+      const MotionVariance known =
+          registration.value_or(MotionVariance{squared(shift_mm), squared(turn_rad)});
+      return std::pair(bounded(std::sqrt(known.shift_mm2 + poses.shift_mm2), usual.shift_mm),
+                       bounded(std::sqrt(known.turn_rad2 + poses.turn_rad2), usual.turn_rad));
+    };
+    std::tie(errors.shift_mm, errors.turn_rad) = with_poses(usual.shift_mm, usual.turn_rad);
+    std::tie(errors.unchecked_shift_mm, errors.unchecked_turn_rad) =
+        with_poses(usual.unchecked_shift_mm, usual.unchecked_turn_rad);
   }
-  errors.arc_length_mm = max_stated(instrument.coils, &CoilPlacement::offset_sigma_mm, usual.arc_length_mm);
-  errors.clock_s =
-      1e-3 * max_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms, 1e3 * usual.clock_s);
-  errors.magnification = max_stated(room.cameras, &CameraCalibration::focal_sigma, usual.magnification);
+  errors.arc_length_mm =
+      bounded_or_usual(max_stated(instrument.coils, &CoilPlacement::offset_sigma_mm), usual.arc_length_mm);
+  errors.clock_s = 1e-3 * bounded_or_usual(max_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms),
+                                           1e3 * usual.clock_s);
+  const auto focal = max_stated(room.cameras, &CameraCalibration::focal_sigma);
+  if (focal) {
+    errors.magnification = errors.unchecked_magnification = bounded(*focal, usual.magnification);
+  }
   return errors;
 }
 

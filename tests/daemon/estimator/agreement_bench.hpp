@@ -43,7 +43,8 @@ class AgreementBench {
       : room_(std::move(room)),
         map_(EstimatorSettings{}, 380),
         random_(seed),
-        agreement_({}, room_.instruments.front(), static_cast<int>(room_.cameras.size())) {
+        agreement_(room_errors(room_, room_.instruments.front()), room_.instruments.front(),
+                   static_cast<int>(room_.cameras.size())) {
     for (const CameraCalibration& camera : room_.cameras) {
       cameras_.emplace_back(camera);
     }

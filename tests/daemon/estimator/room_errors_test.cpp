@@ -77,6 +77,22 @@ TEST(RoomErrors, CamerasAddWhatTheyDoNotKnowOfTheirPose) {
   EXPECT_NEAR(errors_of(room).turn_rad, std::hypot(0.8 * 0.5, 0.3) * std::numbers::pi / 180, 1e-12);
 }
 
+TEST(RoomErrors, WhatIsStatedIsBelievedWhereNothingWasCheckedAndWhatIsNotIsDoubtedMoreThere) {
+  RoomDescription room = a_room();
+  EXPECT_GT(errors_of(room).unchecked_shift_mm, 1.5 * errors_of(room).shift_mm);
+  EXPECT_GT(errors_of(room).unchecked_turn_rad, 1.5 * errors_of(room).turn_rad);
+  EXPECT_GT(errors_of(room).unchecked_magnification, 1.5 * errors_of(room).magnification);
+
+  room.cameras.front().pose_sigma_mm = {0.6, 0.6, 0.6};  // of the registration nothing is stated
+  EXPECT_NEAR(errors_of(room).unchecked_shift_mm, std::hypot(RoomErrors().unchecked_shift_mm, 0.6), 1e-12);
+
+  room.registration_residual_mm = 0.8 * std::sqrt(3.0);
+  room.cameras.front().focal_sigma = 0.004;
+  EXPECT_NEAR(errors_of(room).unchecked_shift_mm, 1.0, 1e-12);
+  EXPECT_EQ(errors_of(room).unchecked_turn_rad, errors_of(room).turn_rad);
+  EXPECT_EQ(errors_of(room).unchecked_magnification, 0.004);
+}
+
 TEST(RoomErrors, ASigmaCountsWhereAllStateOne) {
   RoomDescription room = a_room();
   room.instruments.front().coils[0].offset_sigma_mm = 0.3;
