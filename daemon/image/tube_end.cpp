@@ -32,6 +32,13 @@ constexpr double kMinGain = 16;       // chi-square by which a step has to be be
 constexpr double kMinNoise = 0.02;    // of the step's height: no radiograph is better
 constexpr double kBeyondSide_px = 2;  // from the tube's side to the background
 
+// Of an end far out.
+constexpr std::size_t kAfterStep = 2;      // samples until the whole of the tube is reached
+constexpr std::size_t kMinBehindEnd = 20;  // samples by which the tube has to be seen there
+constexpr std::size_t kTogether = 4;       // samples that are taken together
+constexpr double kMinOfTube = 0.5;         // of the tube's contrast further back
+constexpr double kMinOneSide = 0.25;       // the same against one of its sides
+
 /// log-odds that the tube ends before sample k, from those that it ends before the first one.
 using Odds = std::array<double, kMaxEndSamples + 1>;
 
@@ -99,19 +106,27 @@ bool has_sides_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, do
          p_px.y() + reach_px < image.height - 1;
 }
 
-/// How much darker than its sides the tube is there.
-double contrast_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, const Eigen::Vector2d& along,
-                   double half_width_px) {
+/// How much darker than each of its sides the tube is there.
+struct Contrast {
+  double left = 0;
+  double right = 0;
+  [[nodiscard]] double mean() const { return (left + right) / 2; }
+};
+
+Contrast contrast_at(const ImageMeasurement& image, const Eigen::Vector2d& p_px, const Eigen::Vector2d& along,
+                     double half_width_px) {
   const Eigen::Vector2d across(-along.y(), along.x());
   const auto grey = [&](double offset_px) {
     return static_cast<double>(sample_map(image, image.grey, p_px + offset_px * across));
   };
   const double centre = (grey(-half_width_px / 2) + grey(0) + grey(half_width_px / 2)) / 3;
-  double sides = 0;
+  const double sign = image.polarity == RidgePolarity::kDark ? 1 : -1;
+  Contrast contrast{-centre, -centre};
   for (const double beyond_px : {kBeyondSide_px, kBeyondSide_px + 1}) {
-    sides += (grey(-half_width_px - beyond_px) + grey(half_width_px + beyond_px)) / 4;
+    contrast.left += grey(-half_width_px - beyond_px) / 2;
+    contrast.right += grey(half_width_px + beyond_px) / 2;
   }
-  return image.polarity == RidgePolarity::kDark ? sides - centre : centre - sides;
+  return {sign * contrast.left, sign * contrast.right};
 }
 
 /// Mean and variance of a place whose log-likelihood is -squares / (2 variance) at first + i * kStepPlace.
@@ -140,9 +155,45 @@ std::optional<StepWindow> contrast_along(const ImageMeasurement& image,
     const auto i = static_cast<std::size_t>(first + k);
     const Eigen::Vector2d along = (path_px[i + 1] - path_px[i - 1]).normalized();
     if (!has_sides_at(image, path_px[i], half_width_px)) return std::nullopt;
-    seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px);
+    seen[static_cast<std::size_t>(k)] = contrast_at(image, path_px[i], along, half_width_px).mean();
   }
   return seen;
+}
+
+double median(std::span<const Contrast> contrasts) {
+  std::array<double, kMaxEndSamples> values{};
+  std::ranges::transform(contrasts, values.begin(), &Contrast::mean);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(contrasts.size() / 2);
+  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(contrasts.size()));
+  return *middle;
+}
+
+/// Is it the tube that ends there? As dark as further back all the way inward, against both sides: what lies
+/// beyond a tip, such as a thinner wire, a calcification, the edge of a bone or a marker of something else,
+/// is fainter, or against one side only, or has a gap behind it.
+bool is_of_tube(const ImageMeasurement& image, std::span<const Eigen::Vector2d> path_px, double end,
+                double half_width_px) {
+  std::array<Contrast, kMaxEndSamples> contrasts{};
+  std::size_t count = 0;
+  for (auto k = static_cast<std::size_t>(std::ceil(end)) + kAfterStep; k + 1 < path_px.size(); ++k) {
+    if (!has_sides_at(image, path_px[k], half_width_px)) break;
+    const Eigen::Vector2d along = (path_px[k + 1] - path_px[k - 1]).normalized();
+    contrasts[count++] = contrast_at(image, path_px[k], along, half_width_px);
+  }
+  if (count < kMinBehindEnd) return false;
+  const std::size_t half = count / 2;
+  const double of_tube = median(std::span(contrasts).subspan(half, count - half));
+  for (std::size_t k = 0; k + kTogether <= half; ++k) {
+    Contrast sum;
+    for (const Contrast& contrast : std::span(contrasts).subspan(k, kTogether)) {
+      sum.left += contrast.left / kTogether;
+      sum.right += contrast.right / kTogether;
+    }
+    if (sum.mean() < kMinOfTube * of_tube || std::min(sum.left, sum.right) < kMinOneSide * of_tube) {
+      return false;
+    }
+  }
+  return true;
 }
 
 /// The step that explains a window best.
@@ -241,11 +292,16 @@ std::optional<TubeEnd> find_tube_end(const ImageMeasurement& image, std::span<co
 // At the edge of its window a step may lie further on: it is there at least, and nearer than the ridge's end.
 std::optional<TubeEnd> sharpened(const TubeEnd& end, const ImageMeasurement& image,
                                  std::span<const Eigen::Vector2d> path_px, double half_width_px) {
-  const auto first = static_cast<std::ptrdiff_t>(std::lround(end.place)) - kStepOutside;
+  const auto place = static_cast<std::ptrdiff_t>(std::lround(end.place));
+  const std::ptrdiff_t first = std::max<std::ptrdiff_t>(place - kStepOutside, 1);
   const auto seen = contrast_along(image, path_px, first, half_width_px);
   if (!seen) return std::nullopt;
-  auto step = StepSearch(*seen).found();
-  if (step) step->place += static_cast<double>(first);
+  const StepSearch search(*seen);
+  auto step = search.found();
+  if (!step) return std::nullopt;
+  step->place += static_cast<double>(first);
+  const bool is_far_out = first > place - kStepOutside;
+  if (is_far_out && !is_of_tube(image, path_px, step->place, half_width_px)) return std::nullopt;
   return step;
 }
 

@@ -114,6 +114,39 @@ TEST(SharpTubeEnd, IsWhereTheGreyIsHalfOfTheTubes) {
   }
 }
 
+// Where arc lengths or the registration are wrong by so much: up to the last few samples of the path.
+TEST(SharpTubeEnd, FarBeyondWhereItIsExpectedIsFoundAsWell) {
+  for (const double end_x : {70.0, 73.0, 76.0}) {
+    const auto end = sharp_end(bar_ending_at(end_x));
+    ASSERT_TRUE(end) << end_x;
+    EXPECT_NEAR(80 - end->place, end_x, 0.2);
+  }
+}
+
+/// Darker by `depth` from x = from_x to 74 and as far across as the bar, or from there on down to the bottom.
+void add_beyond(double from_x, float depth, bool is_edge, ImageMeasurement& image) {
+  for (int y = 38; y < (is_edge ? kHeight : 43); ++y) {
+    for (int x = static_cast<int>(from_x); x <= 74; ++x) {
+      image.grey[static_cast<std::size_t>(y * kWidth + x)] -= depth;
+    }
+  }
+}
+
+// Nothing of that is where the bar ends, which is at x = 60.
+TEST(SharpTubeEnd, IsNotThatOfWhatLiesFartherOut) {
+  const auto end_seen_with = [](double from_x, float depth, bool is_edge) {
+    ImageMeasurement image = bar_ending_at(60);
+    add_beyond(from_x, depth, is_edge, image);
+    return sharpened({5.5, 4}, image, path_from(80, 30), 1.9);
+  };
+  EXPECT_FALSE(end_seen_with(61, 5, false)) << "a fainter wire goes on";
+  EXPECT_FALSE(end_seen_with(68, 14, false)) << "a marker of something else";
+  EXPECT_FALSE(end_seen_with(61, 24, true)) << "the edge of a bone";
+  const auto end = end_seen_with(61, 14, false);
+  ASSERT_TRUE(end) << "so much longer is the tube";
+  EXPECT_NEAR(80 - end->place, 74.5, 0.7);
+}
+
 TEST(SharpTubeEnd, OfABrightTubeIsFoundAsWell) {
   ImageMeasurement image = bar_ending_at(60.3);
   for (float& grey : image.grey) grey = 256 - grey;
