@@ -1,5 +1,6 @@
 #include "daemon/estimator/view/pose_matcher.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
@@ -20,6 +21,7 @@ constexpr int kIterations = 4;
 constexpr double kConverged = 0.1;  // of its standard deviation, what an iteration still changes
 constexpr int kMinReach_px = 8;
 constexpr int kNextReach_px = 12;  // of the iterations after the first
+constexpr double kMinOwnShare = 0.2;
 
 Eigen::Matrix3d symmetric(const std::array<float, 6>& upper) {
   const auto& u = upper;
@@ -51,6 +53,14 @@ class LentGeometry {
 
 }  // namespace
 
+Eigen::Matrix3d own_part(const Eigen::Matrix3d& covariance_mm2, double shared_mm2) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
+  axes.computeDirect(covariance_mm2);
+  const Eigen::Array3d all_mm2 = axes.eigenvalues();
+  const Eigen::Vector3d own_mm2 = (all_mm2 - shared_mm2).max(kMinOwnShare * all_mm2);
+  return axes.eigenvectors() * own_mm2.asDiagonal() * axes.eigenvectors().transpose();
+}
+
 PoseMatcher::PoseMatcher(const EstimatorSettings& settings, const InstrumentDescription& instrument,
                          const CameraCalibration& camera)
     : splines_{UniformCubicBSpline(settings.coefficient_count, instrument.length_mm),
@@ -76,14 +86,16 @@ bool PoseMatcher::take_shape(const TubeEstimate& shape) {
   for (Eigen::Index i = 0; i < spline_->coefficient_count(); ++i) {
     C_.col(i) = Eigen::Map<const Eigen::Vector3d>(shape.coefficients_mm[static_cast<std::size_t>(i)].data());
   }
+  const double shared_mm2 = static_cast<double>(shape.agreement.unsure_mm * shape.agreement.unsure_mm) / 3;
   const double last_point = static_cast<double>(shape.point_count) - 1;
   for (int i = 0; i < layout_.count; ++i) {
     const CubicBasis basis = spline_->basis(layout_.s_mm(i));
     points_mm_.col(i) = combine(C_, basis.first, basis.value);
     const double place = std::round(layout_.s_mm(i) / static_cast<double>(shape.length_mm) * last_point);
     const auto point = static_cast<std::size_t>(std::clamp(place, 0.0, last_point));
-    covariance_[static_cast<std::size_t>(i)] = symmetric(shape.points[point].covariance_mm2);
-    if (!covariance_[static_cast<std::size_t>(i)].allFinite()) return false;
+    const Eigen::Matrix3d published_mm2 = symmetric(shape.points[point].covariance_mm2);
+    if (!published_mm2.allFinite()) return false;
+    covariance_[static_cast<std::size_t>(i)] = own_part(published_mm2, shared_mm2);
   }
   return true;
 }

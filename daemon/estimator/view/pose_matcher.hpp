@@ -15,6 +15,11 @@
 
 namespace tubed {
 
+/// What is left of a point's covariance without what all of the tube is off by together, `shared_mm2` an
+/// axis, such as a registration: a pose that is found has that, and a line by itself does not. A fifth stays
+/// along each axis at least.
+Eigen::Matrix3d own_part(const Eigen::Matrix3d& covariance_mm2, double shared_mm2);
+
 /// TubeViews measures around the projection of a shape that is known without the image; where it finds the
 /// tube, and its end, they correct a pose by an iterated Kalman update. The shape's errors last and are
 /// shared along the tube: lines within 40 mm of it count as one. Called by the optimizer thread; memory is
