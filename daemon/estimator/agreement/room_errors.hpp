@@ -18,9 +18,9 @@ struct RoomErrors {
   double coil_mm = 0.5;                            ///< of each coil, at least, an axis
 
   // What is published of a direction in which nothing was compared yet, such as the depth of a single view:
-  // there a mistake would go unnoticed, and 3 sigma of a room that says nothing of itself are 6 mm and
+  // there a mistake would go unnoticed, and 3 sigma of a room that says nothing of itself are 7.5 mm and
   // 3 degrees, 6 % of a view. Where a calibration states how good it is, what it states.
-  double unchecked_shift_mm = 2.0;
+  double unchecked_shift_mm = 2.5;
   double unchecked_turn_rad = 1.0 * std::numbers::pi / 180;
   double unchecked_magnification = 0.02;
 };
