@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "clients/tubectl/check/doctor_calibrations.hpp"
 #include "clients/tubectl/check/doctor_can.hpp"
 #include "clients/tubectl/check/doctor_checks.hpp"
 #include "clients/tubectl/check/doctor_instruments.hpp"
@@ -126,9 +127,13 @@ std::vector<NamedFinding> look_at_keys(const DoctorArguments& arguments) {
 }
 
 /// Nothing when the configuration cannot be read.
-std::vector<NamedFinding> look_at_instruments(const DoctorArguments& arguments) {
+std::vector<NamedFinding> look_at_room(const DoctorArguments& arguments) {
   try {
-    return examine_instruments(load_configuration(arguments.configuration));
+    const Configuration configuration = load_configuration(arguments.configuration);
+    std::vector<NamedFinding> findings = examine_instruments(configuration);
+    const auto calibrations = examine_calibrations(configuration);
+    findings.insert(findings.end(), calibrations.begin(), calibrations.end());
+    return findings;
   } catch (const std::exception&) {
     return {};
   }
@@ -181,7 +186,7 @@ int run_doctor(const DoctorArguments& arguments) {
   for (const NamedFinding& one : look_at_keys(arguments)) {
     tell(one.name, one.finding);
   }
-  for (const NamedFinding& one : look_at_instruments(arguments)) {
+  for (const NamedFinding& one : look_at_room(arguments)) {
     tell(one.name, one.finding);
   }
   for (const NamedFinding& one : look_at_images(machine)) {
