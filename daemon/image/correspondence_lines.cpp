@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "daemon/image/chain_steps.hpp"
 #include "daemon/image/line_samples.hpp"
 #include "daemon/image/sample_vesselness.hpp"
 
@@ -21,28 +22,6 @@ constexpr float kMinOfOtherSide = 0.1F;  // of the brighter side's contrast
 constexpr float kStrongEdge = 1.5F;      // times how much the tube usually stands out
 constexpr int kMinEdgesBeside = 2;       // of the four next lines
 constexpr float kAgreement = 0.4F;       // share of the usual ridge height that counts as seeing the tube
-
-template <typename Row>
-void normalise(Row& row, int states) {
-  Eigen::Map<Eigen::ArrayXf> used(row.data(), states);
-  used *= 1.0F / std::max(used.sum(), 1e-30F);
-}
-
-// Both sides of the kernel at once; without a branch, so that a compiler takes several states at once.
-template <std::size_t kStates, std::size_t kWeights>
-void convolve(const std::array<float, kStates>& from, const std::array<float, kWeights>& kernel, int states,
-              std::array<float, kStates>& to) {
-  constexpr std::size_t kReach = kWeights - 1;
-  std::array<float, kStates + 2 * kReach> padded{};
-  std::copy_n(from.begin(), states, padded.begin() + kReach);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(states); ++k) {
-    float sum = kernel[0] * padded[k + kReach];
-    for (std::size_t j = 1; j <= kReach; ++j) {
-      sum += kernel[j] * (padded[k + kReach - j] + padded[k + kReach + j]);
-    }
-    to[k] = sum;
-  }
-}
 
 /// Of a line that knows nothing.
 double anywhere_px2(int reach_px) { return reach_px * reach_px / 3.0; }

@@ -36,6 +36,12 @@ using Mistake = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_mm, int c
 
 inline Eigen::Vector3d as_it_is(const Eigen::Vector3d& p_mm, int /*coil*/, double /*t_s*/) { return p_mm; }
 
+inline Mistake registered_wrong(const Eigen::Vector3d& shift_mm, double turn_rad) {
+  return [=](const Eigen::Vector3d& p_mm, int, double) -> Eigen::Vector3d {
+    return shift_mm + Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()) * p_mm;
+  };
+}
+
 /// The arc, which images confirm, and coils that are measured on it, by mistake somewhere else.
 class AgreementBench {
  public:
