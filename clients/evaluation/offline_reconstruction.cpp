@@ -70,6 +70,7 @@ struct CameraBench {
       watch.look_from(measurement.geometry ? *frame.geometry : configured, measurement.exposure);
       const ViewState view = watch.observe(frame).state;
       has_moved = view == ViewState::kSuspect || view == ViewState::kMoved;
+      if (predicted.polarity) meter.read_as(*predicted.polarity);
       meter.take(measurement, measurement.exposure <= predicted.until ? predicted.area : whole);
     }
   }
@@ -96,8 +97,9 @@ class NextImages final : public AreaPredictions {
     }
   }
   void add(const Estimator& estimator, const TubeEstimate& estimate) override {
-    for (const auto& bench : benches_) {
-      bench->prediction.add(estimator.image_need(), estimate);
+    for (std::size_t v = 0; v < benches_.size(); ++v) {
+      benches_[v]->prediction.add(estimator.image_need(), estimate);
+      benches_[v]->prediction.read_as(estimator.polarity_of(v));
     }
   }
   void end() {

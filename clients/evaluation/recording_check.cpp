@@ -229,11 +229,34 @@ RecordingFinding check_tube_in_images(std::optional<double> seen) {
   return finding;
 }
 
-RecordingFinding check_polarity(const ConfiguredSequence& run, std::optional<double> stated) {
-  ConfiguredSequence other = run;
-  const bool is_dark = run.frangi.polarity == RidgePolarity::kDark;
-  other.frangi.polarity = is_dark ? RidgePolarity::kBright : RidgePolarity::kDark;
-  return compare_readings("polarity", stated, share_seen(other),
+/// How well images show the tube as they are read and as negatives.
+struct PolarityShares {
+  RidgePolarity read_for = RidgePolarity::kDark;
+  std::optional<double> stated;
+  std::optional<double> other;
+};
+
+/// `run` is read for what is found where its configuration leaves it open.
+PolarityShares measure_polarity(ConfiguredSequence& run, const OnCheckProgress& progress) {
+  PolarityShares shares{first_polarity(run.frangi.polarity), std::nullopt, std::nullopt};
+  const bool is_dark = shares.read_for == RidgePolarity::kDark;
+  ConfiguredSequence negative = run;
+  negative.frangi.polarity = is_dark ? PolaritySetting::kBright : PolaritySetting::kDark;
+  progress("reading images as they are");
+  shares.stated = share_seen(run);
+  progress("reading images with the other polarity");
+  shares.other = share_seen(negative);
+  if (run.frangi.polarity == PolaritySetting::kAuto && shares.stated && shares.other &&
+      *shares.other > *shares.stated + kBetterBy && *shares.other >= kAgrees) {
+    run = negative;
+    shares = {RidgePolarity::kBright, shares.other, shares.stated};
+  }
+  return shares;
+}
+
+RecordingFinding check_polarity(const PolarityShares& shares) {
+  const bool is_dark = shares.read_for == RidgePolarity::kDark;
+  return compare_readings("polarity", shares.stated, shares.other,
                           is_dark ? "for a dark tube" : "for a bright tube",
                           is_dark ? "for a bright one" : "for a dark one",
                           is_dark ? "[frangi] polarity = \"bright\"" : "[frangi] polarity = \"dark\"");
@@ -352,13 +375,12 @@ std::vector<RecordingFinding> check_recording(const ConfiguredSequence& run,
     findings.push_back({"coils and images", Verdict::kNotJudged, "the recording has no images", ""});
     return findings;
   }
-  progress("reading images as they are");
-  const std::optional<double> stated = share_seen(run);
-  findings.push_back(check_tube_in_images(stated));
-  progress("reading images with the other polarity");
-  findings.push_back(check_polarity(run, stated));
+  ConfiguredSequence read = run;
+  const PolarityShares polarity = measure_polarity(read, progress);
+  findings.push_back(check_tube_in_images(polarity.stated));
+  findings.push_back(check_polarity(polarity));
   progress("reading mirrored images");
-  findings.push_back(check_mirrored(run, stated));
+  findings.push_back(check_mirrored(read, polarity.stated));
   progress("going through the whole recording");
   check_agreement(run, findings);
   return findings;

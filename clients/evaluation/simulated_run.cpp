@@ -229,10 +229,7 @@ Scenario scenario_of(const SimulatedRun& run) {
   if (run.tip_coil_mm > 0) {
     scenario.room.instruments.front().coils.front().offset_from_tip_mm = run.tip_coil_mm;
   }
-  if (run.tip_stiffness > 0) {
-    scenario.catheter.tip_bending_stiffness_N_mm2 =
-        run.tip_stiffness * scenario.catheter.bending_stiffness_N_mm2;
-  }
+  scenario = with_tip_stiffness(std::move(scenario), run.tip_stiffness);
   if (!run.vessel.empty()) {
     scenario = in_vessel(std::move(scenario), run.vessel);
   }

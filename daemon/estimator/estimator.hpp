@@ -102,6 +102,12 @@ class Estimator {
   /// What it will read of the next image, as things stand after the newest estimate.
   [[nodiscard]] virtual ImageNeed image_need() const noexcept { return {}; }
 
+  /// What a tube is on the images of that camera (index in the room), where it has found that it is not what
+  /// they are read for and `finds_polarity` says that they may be read otherwise.
+  [[nodiscard]] virtual std::optional<RidgePolarity> polarity_of(std::size_t /*camera*/) const noexcept {
+    return std::nullopt;
+  }
+
   /// That coils and images contradict each other: one sentence for a person into `words`, zero-terminated and
   /// cut to its size. False, and nothing is written, while they agree or nobody looks.
   [[nodiscard]] virtual bool describe_disagreement(std::span<char> /*words*/) const noexcept { return false; }

@@ -141,7 +141,7 @@ RidgeRow row_of(const RidgeMaps& maps, int y, int width) {
 FrangiFilter::FrangiFilter(int width, int height, const FrangiSettings& settings, FrangiMemory memory)
     : width_(checked_size(width)),
       height_(checked_size(height)),
-      polarity_(settings.polarity == RidgePolarity::kDark ? 1.0F : -1.0F),
+      polarity_(first_polarity(settings.polarity) == RidgePolarity::kDark ? 1.0F : -1.0F),
       per_blob_(static_cast<float>(-0.5 / (settings.beta * settings.beta)) * kLog2E),
       fixed_c_(settings.structureness > 0),
       any_integer_scale_(

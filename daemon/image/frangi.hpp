@@ -109,6 +109,9 @@ class FrangiFilter {
 
   [[nodiscard]] std::size_t scale_count() const { return scales_.size(); }
 
+  /// From now on these ridges count.
+  void set_polarity(RidgePolarity polarity) { polarity_ = polarity == RidgePolarity::kDark ? 1.0F : -1.0F; }
+
  private:
   static constexpr int kStreamedRows = 4;  ///< the three that the Hessian needs, and a power of two
 

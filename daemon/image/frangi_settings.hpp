@@ -11,8 +11,16 @@ namespace tubed {
 /// Most scales a filter may have.
 inline constexpr std::size_t kMaxFrangiScales = 8;
 
-/// Which ridges count: catheters and wires absorb and are dark on a fluoroscopic image.
+/// Which ridges count: catheters and wires absorb and are dark on a fluoroscopic image, bright on a negative.
 enum class RidgePolarity { kDark, kBright };
+
+/// What is said of them: kAuto begins with dark ones, and changes to what the estimator finds by its coils.
+enum class PolaritySetting { kAuto, kDark, kBright };
+
+/// The ridges that count in the first image.
+inline RidgePolarity first_polarity(PolaritySetting setting) {
+  return setting == PolaritySetting::kBright ? RidgePolarity::kBright : RidgePolarity::kDark;
+}
 
 /// How the Gaussians are computed. kInteger16 holds for images of 8 and 16 bit and for scales up to 2.5 px:
 /// less time, an error of about the last of 16 bits per pass (a tenth of a grey level of 8 bit in the Hessian
@@ -32,7 +40,7 @@ struct FrangiSettings {
                                 3.0};  ///< sigma of each Gaussian, px, 0.5 .. 20; 1 to 8 of them
   double beta = 0.5;                   ///< how much blob-like structure is suppressed, unit-less
   double structureness = 0.0;  ///< Frangi's c, grey levels; 0 = half the greatest Hessian norm of the image
-  RidgePolarity polarity = RidgePolarity::kDark;
+  PolaritySetting polarity = PolaritySetting::kAuto;
   FrangiSmoothing smoothing = FrangiSmoothing::kFloat;
   FrangiArea area = FrangiArea::kBand;
 };
@@ -46,8 +54,11 @@ inline BoundKeys<FrangiSettings> frangi_keys() {
           key::number("structureness", &S::structureness, "grey levels", {0, 65535},
                       "Frangi's c; 0 = half the greatest Hessian norm of the image"),
           key::word("polarity", &S::polarity,
-                    {{RidgePolarity::kDark, "dark"}, {RidgePolarity::kBright, "bright"}},
-                    "what a tube is on the image"),
+                    {{PolaritySetting::kAuto, "auto"},
+                     {PolaritySetting::kDark, "dark"},
+                     {PolaritySetting::kBright, "bright"}},
+                    "what a tube is on the image; auto: dark until the coils show that it is bright "
+                    "(estimator modes filter and joint)"),
           key::word("smoothing", &S::smoothing,
                     {{FrangiSmoothing::kFloat, "float"}, {FrangiSmoothing::kInteger16, "integer16"}},
                     "arithmetic of the Gaussians up to 2.5 px; integer16: less time, more rounding"),

@@ -44,6 +44,7 @@ struct ImageMeasurement {
   std::vector<float> vesselness;  ///< row by row, 0 .. 1 of ridges, Frangi; holds in `measured` only
   ImageArea measured;             ///< elsewhere nobody has looked: neither ridge nor none
   RidgePolarity polarity = RidgePolarity::kDark;        ///< of the ridges in vesselness
+  bool finds_polarity = false;                          ///< the next image's follows what is found of this
   std::array<float, kMaxFrangiScales> structureness{};  ///< c of each scale that vesselness was measured with
 
   /// All of it counts as measured, until a VesselnessMeter takes it.

@@ -20,13 +20,16 @@ GreyPixels grey_of(const ImageMeasurement& image) {
 VesselnessMeter::VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use)
     : filter_(width, height, settings, memory_for(settings, use)),
       kind_(settings.area),
-      polarity_(settings.polarity),
+      finds_polarity_(settings.polarity == PolaritySetting::kAuto),
+      polarity_(first_polarity(settings.polarity)),
       missing_(width, height) {
   rectangles_.reserve(static_cast<std::size_t>(missing_.cell_count()));
 }
 
 void VesselnessMeter::take(ImageMeasurement& image, const ImageArea& area) {
   image.polarity = polarity_;
+  image.finds_polarity = finds_polarity_;
+  filter_.set_polarity(polarity_);
   if (kind_ == FrangiArea::kFrame) {
     filter_.filter(grey_of(image), image.vesselness);
     image.measured.add_whole();
@@ -45,6 +48,7 @@ void VesselnessMeter::complete(ImageMeasurement& image, const ImageArea& area) {
     return;
   }
   filter_.set_structureness(image.structureness);
+  filter_.set_polarity(image.polarity);
   missing_ = area;
   missing_.remove(image.measured);
   measure(image, missing_);

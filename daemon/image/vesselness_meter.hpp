@@ -23,11 +23,21 @@ class VesselnessMeter {
   VesselnessMeter(int width, int height, const FrangiSettings& settings, MeterUse use = MeterUse::kFirst);
 
   /// Takes an image with grey and brightest filled, and measures `area` of it (the whole image where
-  /// the settings say so). Sets vesselness, measured, polarity and structureness. With structureness 0, c
+  /// the settings say so). Sets vesselness, measured, structureness and what is said of its polarity. With
+  /// structureness 0, c
   /// depends on this camera's images alone, never on `area`: see FrangiFilter::renew_structureness().
   void take(ImageMeasurement& image, const ImageArea& area);
 
-  /// Measures what is missing of `area`; does nothing when there is nothing missing.
+  /// With polarity kAuto, the ridges that count from the next image on; does nothing otherwise.
+  void read_as(RidgePolarity polarity) { polarity_ = finds_polarity_ ? polarity : polarity_; }
+
+  /// Does it count other ridges than it began with?
+  [[nodiscard]] bool reads_otherwise() const {
+    return finds_polarity_ && polarity_ == RidgePolarity::kBright;
+  }
+
+  /// Measures what is missing of `area`, of the ridges that count in that image; does nothing when there is
+  /// nothing missing.
   void complete(ImageMeasurement& image, const ImageArea& area);
 
  private:
@@ -35,6 +45,7 @@ class VesselnessMeter {
 
   FrangiFilter filter_;
   FrangiArea kind_;
+  bool finds_polarity_;
   RidgePolarity polarity_;
   ImageArea missing_;
   std::vector<PixelRectangle> rectangles_;

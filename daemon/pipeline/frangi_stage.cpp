@@ -67,6 +67,7 @@ bool FrangiStage::step(const Clock& clock) noexcept {
 void FrangiStage::measure(const ImageFrame& frame, ImageMeasurement& measurement) noexcept {
   from_optimizer_.fetch();
   const PredictedArea& predicted = from_optimizer_.front();
+  if (predicted.polarity) image_half_.meter.read_as(*predicted.polarity);
   image_half_.meter.take(measurement, frame.exposure <= predicted.until ? predicted.area : whole_);
 }
 
@@ -75,8 +76,13 @@ void FrangiStage::describe(StageReport& report) const noexcept {
                             : (newest_rejection_ == ImageRejection::kNone ? StageState::kRunning
                                                                           : StageState::kDegraded);
   const bool has_words = newest_rejection_ == ImageRejection::kWrongGeometry;
-  std::snprintf(report.why.data(), report.why.size(), "%s%s%s", words_of(newest_rejection_),
-                has_words ? ": " : "", has_words ? image_half_.door.geometry_fault() : "");
+  if (newest_rejection_ == ImageRejection::kNone && image_half_.meter.reads_otherwise()) {
+    std::snprintf(report.why.data(), report.why.size(),
+                  "tubes are bright on its images, as the coils show: say polarity = \"bright\" in [frangi]");
+  } else {
+    std::snprintf(report.why.data(), report.why.size(), "%s%s%s", words_of(newest_rejection_),
+                  has_words ? ": " : "", has_words ? image_half_.door.geometry_fault() : "");
+  }
   report.outputs = outputs_;
   report.dropped = superseded_;
   report.refused = refused_;

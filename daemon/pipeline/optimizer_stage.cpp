@@ -266,8 +266,12 @@ void OptimizerStage::predict(const ImageNeed& need, const TubeEstimate& estimate
 }
 
 void OptimizerStage::hand_over_predictions() noexcept {
-  for (const CameraInlet& camera : cameras_) {
+  for (std::size_t v = 0; v < cameras_.size(); ++v) {
+    const CameraInlet& camera = cameras_[v];
     if (camera.prediction != nullptr) {
+      for (const auto& estimator : estimators_) {
+        camera.prediction->read_as(estimator->polarity_of(v));
+      }
       camera.predictions->back() = camera.prediction->end();
       camera.predictions->publish();
     }

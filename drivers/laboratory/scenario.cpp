@@ -106,6 +106,17 @@ Scenario with_hook(Scenario scenario, const HookChoice& choice) {
   return scenario;
 }
 
+Scenario with_tip_stiffness(Scenario scenario, double times) {
+  constexpr double kMin = 0.05;  // softer, and the rod's steps are too long for it
+  if (times != 0 && !(times >= kMin)) {
+    throw std::invalid_argument("a tip is 0.05 times as stiff as the shaft or more; 0: as the preset has it");
+  }
+  if (times != 0) {
+    scenario.catheter.tip_bending_stiffness_N_mm2 = times * scenario.catheter.bending_stiffness_N_mm2;
+  }
+  return scenario;
+}
+
 Scenario on_panel(Scenario scenario, std::string_view words) {
   if (!words.empty()) {
     scenario.panel = parse_panel(words);
@@ -137,13 +148,15 @@ Catheterisation run_scenario(const Scenario& scenario, const std::function<void(
 std::shared_ptr<const Catheterisation> shared_run_of(const Scenario& scenario,
                                                      const std::function<void(std::size_t)>& progress) {
   static std::mutex mutex;
-  using Key = std::tuple<std::string, std::int64_t, std::string, std::vector<std::pair<double, double>>>;
+  using Key =
+      std::tuple<std::string, std::int64_t, std::string, double, std::vector<std::pair<double, double>>>;
   static std::map<Key, std::weak_ptr<const Catheterisation>> runs;
   const std::lock_guard lock(mutex);
   std::vector<std::pair<double, double>> arcs;
   for (const RestArc& arc : scenario.catheter.hook.curve.arcs)
     arcs.emplace_back(arc.length_mm, arc.radius_mm);
-  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file, std::move(arcs)}];
+  auto& known = runs[{scenario.name, scenario.seed, scenario.vessel_file,
+                      scenario.catheter.tip_bending_stiffness_N_mm2, std::move(arcs)}];
   std::shared_ptr<const Catheterisation> run = known.lock();
   if (run == nullptr) {
     run = std::make_shared<const Catheterisation>(run_scenario(scenario, progress));

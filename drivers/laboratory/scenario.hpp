@@ -104,6 +104,10 @@ struct HookChoice {
 /// without a radius.
 Scenario with_hook(Scenario scenario, const HookChoice& choice);
 
+/// The scenario with a catheter whose bendable tip, its last 50 mm, is so many times as stiff against bending
+/// as its shaft; 0: as it is. Throws std::invalid_argument below 0.05.
+Scenario with_tip_stiffness(Scenario scenario, double times);
+
 /// The scenario with pictures of a panel, parse_panel(`words`), of the same field of view; empty: as it is.
 Scenario on_panel(Scenario scenario, std::string_view words);
 

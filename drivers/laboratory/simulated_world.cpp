@@ -98,6 +98,7 @@ SimulatedWorld::SimulatedWorld(RoomDescription described, const DriverSettings& 
         with_hook(make_scenario(preset, settings.get<std::int64_t>("seed")),
                   {settings.get<double>("hook_radius_mm"), settings.get<double>("hook_length_mm"),
                    settings.get<std::vector<double>>("hook_arcs_mm")});
+    scenario = with_tip_stiffness(std::move(scenario), settings.get<double>("tip_stiffness"));
     const std::string& vessel_file = settings.get<std::string>("vessel");
     if (!vessel_file.empty()) {
       scenario = in_vessel(std::move(scenario), vessel_file);

@@ -35,6 +35,10 @@ std::vector<KeyDescription> scene_settings() {
        .maximum_count = 2 * kMaxRestArcs,
        .meaning = "instead of both: length and radius of each arc of the hook, one after the other, as "
                   "rest_arcs_mm of an instrument; 45 mm at most, radii of 6 or more"},
+      key::real(
+          "tip_stiffness", 0.0, "", {0, 5},
+          "in a preset the catheter's last 50 mm are so many times as stiff as its shaft, 0.05 or more; "
+          "0 = as the preset has it, half as stiff"),
       key::text(
           "panel", "", {},
           "what takes a preset's pictures: readout, bits and a pixel's mm where the patient is, such as "

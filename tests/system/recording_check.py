@@ -61,12 +61,12 @@ def operators_mistakes_are_named(bed):
     check("coil directions" in wrong and "coil 3 (sensor 3)" in findings["coil directions"]["evidence"], f"it is not named: {findings}")
 
 
-def findings_while_replayed(bed, folder):
+def findings_while_replayed(bed, folder, more=""):
     """Of a daemon that replays the folder, over its last seconds."""
     done = bed.tubectl("configure", str(folder), "--mode", "filter")
     check(done.returncode == 0, f"tubectl configure exits {done.returncode}: {done.stderr}")
     start_ns = time.monotonic_ns() + int(4 * beds.TIME_FACTOR * 1e9)
-    daemon = bed.start_daemon(done.stdout.replace("[replay]", f"[replay]\nstart_monotonic_ns = {start_ns}"))
+    daemon = bed.start_daemon(done.stdout.replace("[replay]", f"[replay]\nstart_monotonic_ns = {start_ns}") + more)
     time.sleep((start_ns - time.monotonic_ns()) * 1e-9 + 1)
     done = bed.tubectl("check", "--for", str(SECONDS - 2), "--json", "-", timeout_s=60)
     check(done.returncode in (0, 1), f"tubectl check exits {done.returncode}: {done.stderr}")
@@ -94,5 +94,20 @@ def a_running_room_is_checked_as_a_recording_is(bed):
     check("coils and images disagree" in top and "focal length of camera A" in top, f"tubectl top does not say so:\n{top}")
 
 
+def a_bright_tube_is_found_by_itself_and_named_where_a_dark_one_is_stated(bed):
+    sequences.write_sequence(bed.folder / "negative", SECONDS, image_of=sequences.negative_image)
+    findings, wrong = findings_of(bed, bed.folder / "negative")
+    say(f"a recording of negatives: {findings['polarity']['evidence']}")
+    check(not wrong and "for a bright tube" in findings["polarity"]["evidence"], f"its polarity is not found: {findings}")
+    findings, wrong, top = findings_while_replayed(bed, bed.folder / "negative")
+    say(f"replayed: {findings['tube in images']}")
+    check(not wrong and findings["tube in images"]["verdict"] == "fine", f"images do not show the tube: {findings}")
+    check("tubes are bright on its images" in top, f"tubectl top does not say so:\n{top}")
+    findings, wrong, _ = findings_while_replayed(bed, bed.folder / "negative", '\n[frangi]\npolarity = "dark"\n')
+    say(f"with a dark tube stated: {wrong}: {findings['polarity']['advice']}")
+    check("polarity" in wrong, f"it is not named: {findings}")
+
+
 if __name__ == "__main__":
-    beds.main(operators_mistakes_are_named, a_running_room_is_checked_as_a_recording_is)
+    beds.main(operators_mistakes_are_named, a_running_room_is_checked_as_a_recording_is,
+              a_bright_tube_is_found_by_itself_and_named_where_a_dark_one_is_stated)

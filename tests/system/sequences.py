@@ -64,6 +64,11 @@ def _image(t_s, noise, width, height):
     return png(pixels, width, height)
 
 
+def negative_image(t_s, noise, width, height):
+    """Brighter where the catheter is: the same with its grey levels turned round."""
+    return png([255 - grey for row in rows_of(_image(t_s, noise, width, height)) for grey in row], width, height)
+
+
 def catheter_pixels(t_s, width, height, aside_px=0):
     """Places of the pixels that show the catheter, row by row; everything is seen so far aside."""
     places = set()

@@ -22,6 +22,7 @@ AreaPrediction::AreaPrediction(const CameraCalibration& camera, const FrangiSett
 void AreaPrediction::begin(MonotonicTime instant, std::chrono::nanoseconds timeout) {
   predicted_.area.clear();
   predicted_.until = instant + timeout;
+  predicted_.polarity.reset();
   motion_mm_ = kTubeSpeed_mm_s * std::chrono::duration<double>(timeout).count();
 }
 

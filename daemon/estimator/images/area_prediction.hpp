@@ -12,6 +12,8 @@ struct PredictedArea {
   ImageArea area;
   /// Exposures later than this are not foreseen: the whole image. Zero: none is.
   MonotonicTime until{};
+  std::optional<RidgePolarity>
+      polarity;  ///< of tubes, where it was found to be another one than it is read for
 };
 
 /// What the optimizer thread does with the images of one camera besides estimating: lets the estimators have
@@ -32,6 +34,11 @@ class AreaPrediction {
 
   /// Adds where the tube of `estimate` will be read by the estimator that made it.
   void add(const ImageNeed& need, const TubeEstimate& estimate);
+
+  /// Adds what that estimator has found of the images' polarity, if anything.
+  void read_as(std::optional<RidgePolarity> polarity) {
+    if (polarity) predicted_.polarity = polarity;
+  }
 
   /// Ends it: with what was asked of the last image, too, as the shape of an instant alone is looked for in
   /// places that no estimate foretells. Lives until the next begin().

@@ -58,7 +58,8 @@ MisreadImages::MisreadImages(const EstimatorSettings& settings, const Instrument
                              const RoomDescription& room)
     : estimator_(joint(settings), instrument, room),
       estimate_(std::make_unique<TubeEstimate>()),
-      pictures_(room.cameras.size()) {
+      pictures_(room.cameras.size()),
+      polarities_(room.cameras.size()) {
   for (std::size_t camera = 0; camera < room.cameras.size(); ++camera) {
     pictures_[camera].reserve(room.cameras[camera].width, room.cameras[camera].height);
     for (const Discord as : {Discord::kNone, Discord::kNegative, Discord::kMirrored}) {
@@ -92,8 +93,26 @@ int MisreadImages::due(MonotonicTime instant, bool lost) {
   return static_cast<int>(std::clamp(since_s / kBetween_s, 0.0, 1.0 * kAtOnce));
 }
 
+std::optional<RidgePolarity> MisreadImages::polarity_of(std::size_t camera) const {
+  if (!found_ || found_->reading != Discord::kNegative || found_->camera != camera) return std::nullopt;
+  const Polarity& polarity = polarities_[camera];
+  if (!polarity.is_open) return std::nullopt;
+  return polarity.is == RidgePolarity::kDark ? RidgePolarity::kBright : RidgePolarity::kDark;
+}
+
+// What was read of images with the other polarity says nothing of these.
+void MisreadImages::notice_polarity(const Observation& observation) {
+  for (std::size_t camera = 0; camera < polarities_.size(); ++camera) {
+    const ImageMeasurement* const image = observation.images[camera];
+    if (image == nullptr || image->state != ImageState::kMeasured) continue;
+    if (image->polarity != polarities_[camera].is) forget();
+    polarities_[camera] = {image->polarity, image->finds_polarity};
+  }
+}
+
 void MisreadImages::look(const Observation& observation, bool lost) {
   if (!observation.is_image_instant) return;
+  notice_polarity(observation);
   int due = this->due(observation.instant, lost);
   for (std::size_t tried = 0; due > 0 && tried < readings_.size(); ++tried) {
     Reading& reading = readings_[next_];

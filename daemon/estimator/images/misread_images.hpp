@@ -34,6 +34,12 @@ class MisreadImages {
   };
   [[nodiscard]] const std::optional<Found>& found() const { return found_; }
 
+  /// What a tube is on images of that camera: negatives were found, and it is left open what they are.
+  [[nodiscard]] std::optional<RidgePolarity> polarity_of(std::size_t camera) const;
+
+  /// Has something been found that a person has to change?
+  [[nodiscard]] bool is_wrong() const { return found_ && !polarity_of(found_->camera); }
+
   void forget();
 
  private:
@@ -46,6 +52,12 @@ class MisreadImages {
     void add(double share);
   };
 
+  struct Polarity {
+    RidgePolarity is = RidgePolarity::kDark;  ///< of the newest image
+    bool is_open = false;                     ///< it may be another one
+  };
+
+  void notice_polarity(const Observation& observation);
   [[nodiscard]] int due(MonotonicTime instant, bool lost);
   void read(const Observation& observation, Reading& reading);
   void conclude();
@@ -54,6 +66,7 @@ class MisreadImages {
   std::unique_ptr<TubeEstimate> estimate_;  ///< what it writes
   std::vector<ImageMeasurement> pictures_;  ///< one a camera: its image, read in another way
   std::vector<Reading> readings_;           ///< three a camera
+  std::vector<Polarity> polarities_;        ///< of each camera
   std::size_t next_ = 0;                    ///< of readings_
   int read_ = 0;                            ///< images since the tube was seen last
   MonotonicTime newest_{};                  ///< image that was read

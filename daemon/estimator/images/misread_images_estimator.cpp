@@ -36,7 +36,7 @@ void MisreadImagesEstimator::reset() noexcept {
 void MisreadImagesEstimator::update(const Observation& observation, TubeEstimate& estimate) noexcept {
   inside_->update(observation, estimate);
   is_lost_ = estimate.reasons.has(Reason::kImageLostTube);
-  if (!misread_.found() || estimate.point_count == 0 || observation.fluoroscopy_off) return;
+  if (!misread_.is_wrong() || estimate.point_count == 0 || observation.fluoroscopy_off) return;
   estimate.agreement = agreement_of(*misread_.found(), estimate.agreement);
   estimate.reasons.add(Reason::kEmImageDisagree);
   if (estimate.validity == Validity::kValid) estimate.validity = Validity::kQuestionable;
@@ -48,7 +48,7 @@ void MisreadImagesEstimator::look_further(const Observation& observation) noexce
 }
 
 bool MisreadImagesEstimator::describe_disagreement(std::span<char> words) const noexcept {
-  if (!misread_.found()) return inside_->describe_disagreement(words);
+  if (!misread_.is_wrong()) return inside_->describe_disagreement(words);
   write_disagreement(agreement_of(*misread_.found()), instrument_, cameras_, words);
   return true;
 }

@@ -10,7 +10,8 @@ namespace tubed {
 
 /// The estimates of another estimator, which say EM_IMAGE_DISAGREE and are not VALID while MisreadImages has
 /// found that pictures are negatives or mirrored. They are not read otherwise by themselves: a configuration
-/// that is wrong has to be known by a person. See Estimator for thread and promises.
+/// that is wrong has to be known by a person. But where the configuration leaves the polarity open, what is
+/// found is what the next images are read for. See Estimator for thread and promises.
 class MisreadImagesEstimator final : public Estimator {
  public:
   /// `room` as measured_room() has it.
@@ -20,6 +21,9 @@ class MisreadImagesEstimator final : public Estimator {
   void update(const Observation& observation, TubeEstimate& estimate) noexcept override;
   void look_further(const Observation& observation) noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override { return inside_->image_need(); }
+  [[nodiscard]] std::optional<RidgePolarity> polarity_of(std::size_t camera) const noexcept override {
+    return misread_.polarity_of(camera);
+  }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
   [[nodiscard]] bool describe_moved_view(std::span<char> words) const noexcept override {
     return inside_->describe_moved_view(words);

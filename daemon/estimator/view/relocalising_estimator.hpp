@@ -25,6 +25,9 @@ class RelocalisingEstimator final : public Estimator {
   void look_further(const Observation& observation) noexcept override;
   void reset() noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override { return inside_->image_need(); }
+  [[nodiscard]] std::optional<RidgePolarity> polarity_of(std::size_t camera) const noexcept override {
+    return inside_->polarity_of(camera);
+  }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
     return inside_->describe_disagreement(words);
   }

@@ -174,7 +174,7 @@ TEST(Assemble, EveryKeyOfEstimatorAndFrangiReachesItsField) {
   EXPECT_EQ(configuration.frangi.scales_px, (std::vector<double>{2, 4}));
   EXPECT_EQ(configuration.frangi.beta, 0.75);
   EXPECT_EQ(configuration.frangi.structureness, 12);
-  EXPECT_EQ(configuration.frangi.polarity, RidgePolarity::kBright);
+  EXPECT_EQ(configuration.frangi.polarity, PolaritySetting::kBright);
   EXPECT_EQ(configuration.frangi.smoothing, FrangiSmoothing::kInteger16);
   EXPECT_EQ(configuration.frangi.area, FrangiArea::kFrame);
 }

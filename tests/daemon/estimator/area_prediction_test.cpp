@@ -89,7 +89,7 @@ TubeRun run(FrangiArea kind, Feeding feeding) {
   ImageArea whole = image.measured;
   ImageArea wrong(camera.width, camera.height);
   wrong.add_box({0, 0}, {40, 40});
-  PredictedArea predicted{wrong, {}};
+  PredictedArea predicted{wrong, {}, {}};
   TubeRun result;
   MonotonicTime next_em = exposure_of(0) - milliseconds(400);
   unsigned em_number = 0;

@@ -19,8 +19,9 @@ enum class Picture { kAsItIs, kNegative, kMirrored, kWithoutTube };
 /// Dark tubes on a bright ground, a coil measurement with each image.
 class MisreadBench {
  public:
-  explicit MisreadBench(Picture picture)
-      : room_(well_registered(one_view_room())),
+  explicit MisreadBench(Picture picture, PolaritySetting polarity = PolaritySetting::kDark)
+      : polarity_(polarity),
+        room_(well_registered(one_view_room())),
         history_(std::make_unique<EmHistory>()),
         image_(image_of_arc(room_, from_ns(1))),
         on_demand_(image_.width, image_.height, FrangiSettings{}),
@@ -38,7 +39,15 @@ class MisreadBench {
     const auto [darkest, brightest] = std::minmax_element(image_.grey.begin(), image_.grey.end());
     image_.darkest = *darkest;
     image_.brightest = *brightest;
-    VesselnessMeter meter(image_.width, image_.height, FrangiSettings{});
+    measure(std::nullopt);
+  }
+
+  /// From the next image on it is read for tubes of that polarity, where it is left open.
+  void measure(std::optional<RidgePolarity> found) {
+    FrangiSettings settings;
+    settings.polarity = polarity_;
+    VesselnessMeter meter(image_.width, image_.height, settings);
+    if (found) meter.read_as(*found);
     ImageArea whole = image_.measured;
     whole.add_whole();
     meter.take(image_, whole);
@@ -70,6 +79,7 @@ class MisreadBench {
   [[nodiscard]] const ImageMeasurement& image() const { return image_; }
 
  private:
+  PolaritySetting polarity_;
   RoomDescription room_;
   std::unique_ptr<EmHistory> history_;
   ImageMeasurement image_;

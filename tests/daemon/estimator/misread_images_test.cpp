@@ -27,6 +27,33 @@ TEST(MisreadImages, MirroredImagesAreFoundWithinTwoSeconds) {
   EXPECT_EQ(found->reading, Discord::kMirrored);
 }
 
+TEST(MisreadImages, WhereThePolarityIsLeftOpenItIsFoundAndNobodyHasToChangeAnything) {
+  MisreadBench bench(Picture::kNegative, PolaritySetting::kAuto);
+  EXPECT_FALSE(bench.look(0).polarity_of(0));
+  const MisreadImages& misread = bench.look(2);
+  EXPECT_EQ(misread.polarity_of(0), RidgePolarity::kBright);
+  EXPECT_FALSE(misread.is_wrong());
+  bench.measure(RidgePolarity::kBright);
+  bench.look(0.14);
+  EXPECT_FALSE(misread.found()) << "that was of images that were read as dark";
+  bench.look(3);
+  EXPECT_FALSE(misread.polarity_of(0)) << "they are read as they are";
+}
+
+TEST(MisreadImages, APolarityThatIsStatedIsAPersonsToChange) {
+  MisreadBench bench(Picture::kNegative, PolaritySetting::kDark);
+  const MisreadImages& misread = bench.look(2);
+  EXPECT_FALSE(misread.polarity_of(0));
+  EXPECT_TRUE(misread.is_wrong());
+}
+
+TEST(MisreadImages, AMirrorIsAPersonsToTurnWhateverIsLeftOpen) {
+  MisreadBench bench(Picture::kMirrored, PolaritySetting::kAuto);
+  const MisreadImages& misread = bench.look(2);
+  EXPECT_FALSE(misread.polarity_of(0));
+  EXPECT_TRUE(misread.is_wrong());
+}
+
 TEST(MisreadImages, NothingIsFoundInImagesThatAreReadAsTheyAre) {
   EXPECT_FALSE(MisreadBench(Picture::kAsItIs).look(5).found());
 }
@@ -76,6 +103,28 @@ TEST(MisreadImagesEstimator, ANegativeIsQuestionableAndNamed) {
     EXPECT_EQ(words,
               "cath-1: coils and images disagree: images of camera A show the tube when they are read as "
               "negatives: set polarity of [frangi] to the other word");
+  }
+}
+
+TEST(MisreadImagesEstimator, WithThePolarityLeftOpenANegativeIsValidOnceItIsReadAsOne) {
+  for (const EstimatorMode mode : {EstimatorMode::kFilter, EstimatorMode::kJoint}) {
+    MisreadBench bench(Picture::kNegative, PolaritySetting::kAuto);
+    EstimatorSettings settings;
+    settings.mode = mode;
+    const auto estimator = make_estimator(settings, bench.room().instruments.front(), bench.room());
+    const auto estimate = std::make_unique<TubeEstimate>();
+    int until_found = 0;
+    for (; until_found < 18 && !estimator->polarity_of(0); ++until_found) {
+      estimator->estimate(bench.next(), *estimate);
+      EXPECT_NE(estimate->validity, Validity::kValid) << until_found;
+      EXPECT_FALSE(estimate->reasons.has(Reason::kEmImageDisagree)) << until_found;
+    }
+    ASSERT_EQ(estimator->polarity_of(0), RidgePolarity::kBright) << name_of(mode);
+    bench.measure(estimator->polarity_of(0));
+    for (int i = 0; i < 8; ++i) estimator->estimate(bench.next(), *estimate);
+    EXPECT_EQ(estimate->validity, Validity::kValid) << name_of(mode);
+    EXPECT_GT(estimate->image_inlier_ratio, 0.7F);
+    EXPECT_FALSE(estimator->polarity_of(0));
   }
 }
 

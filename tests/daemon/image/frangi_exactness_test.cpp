@@ -118,7 +118,7 @@ TEST(FrangiExactness, BrightRidgesAreAsExact) {
   const ExactImage image = tubes_with_noise(131, 117, 0, 255, 0.02);
   FrangiSettings settings;
   settings.scales_px = {2.0};
-  settings.polarity = RidgePolarity::kBright;
+  settings.polarity = PolaritySetting::kBright;
   FrangiFilter filter(image.width, image.height, settings);
   std::vector<float> ours(image.pixels.size());
   filter.filter(as<float>(image), ours);

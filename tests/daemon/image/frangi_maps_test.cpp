@@ -90,7 +90,7 @@ TEST(FrangiMaps, EqualGreyValuesOfAnyDepthHaveEqualVesselness) {
 TEST(FrangiMaps, ABrightRidgeIsADarkOneOfTheNegative) {
   FrangiSettings settings = fixed_settings();
   FrangiFilter dark(kBedWidth, kBedHeight, settings);
-  settings.polarity = RidgePolarity::kBright;
+  settings.polarity = PolaritySetting::kBright;
   FrangiFilter bright(kBedWidth, kBedHeight, settings);
   std::vector<float> negative = tubes<float>();
   for (float& pixel : negative) {

@@ -91,6 +91,45 @@ TEST_P(Meters, WhatIsCompletedLaterByAnotherMeterIsAsIfMeasuredAtOnce) {
   }
 }
 
+/// What a meter measures of the image's negative, after it was told to.
+ImageMeasurement as_negative(const ImageMeasurement& image, VesselnessMeter& meter) {
+  ImageMeasurement negative = image;
+  for (float& grey : negative.grey) grey = image.brightest - grey;
+  meter.take(negative, whole_area());
+  return negative;
+}
+
+TEST_P(Meters, WhichRidgesCountIsTakenFromTheNextImageOnAndTravelsWithIt) {
+  VesselnessMeter meter(kWidth, kHeight, settings_);
+  VesselnessMeter completing(kWidth, kHeight, settings_, MeterUse::kComplete);
+  ImageMeasurement dark = image_of_wires(1, 1);
+  dark.brightest = 255;
+  meter.take(dark, whole_area());
+  EXPECT_TRUE(dark.finds_polarity);
+  EXPECT_FALSE(meter.reads_otherwise());
+  meter.read_as(RidgePolarity::kBright);
+  EXPECT_TRUE(meter.reads_otherwise());
+  ImageMeasurement bright = as_negative(dark, meter);
+  EXPECT_EQ(bright.polarity, RidgePolarity::kBright);
+  for (std::size_t i = 0; i < dark.vesselness.size(); ++i) {
+    ASSERT_NEAR(bright.vesselness[i], dark.vesselness[i], 0.02F) << "pixel " << i;
+  }
+  const std::vector<float> at_once = bright.vesselness;
+  bright.measured.clear();
+  completing.complete(bright, whole_area());
+  EXPECT_EQ(bright.vesselness, at_once) << "another meter, which was told nothing";
+}
+
+TEST_P(Meters, APolarityThatIsStatedStays) {
+  settings_.polarity = PolaritySetting::kDark;
+  VesselnessMeter meter(kWidth, kHeight, settings_);
+  meter.read_as(RidgePolarity::kBright);
+  ImageMeasurement image = image_of_wires(1, 1);
+  meter.take(image, whole_area());
+  EXPECT_EQ(image.polarity, RidgePolarity::kDark);
+  EXPECT_FALSE(image.finds_polarity);
+}
+
 INSTANTIATE_TEST_SUITE_P(Smoothing, Meters,
                          testing::Values(FrangiSmoothing::kFloat, FrangiSmoothing::kInteger16));
 

@@ -122,7 +122,12 @@ class FakeEstimator final : public Estimator {
     return true;
   }
 
+  [[nodiscard]] std::optional<RidgePolarity> polarity_of(std::size_t /*camera*/) const noexcept override {
+    return polarity;
+  }
+
   ImageNeed need;
+  std::optional<RidgePolarity> polarity;  ///< what it has found
   std::function<void(const Observation&)> looks_further;
   std::string disagreement;  ///< what coils and images contradict each other about
 

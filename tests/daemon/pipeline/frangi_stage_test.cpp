@@ -124,6 +124,24 @@ TEST(FrangiStage, WhereNothingWillBeReadNothingIsMeasuredAndTheImageStillCounts)
   EXPECT_GT(image.structureness[0], 0) << "whoever wants to see more can have it measured";
 }
 
+TEST(FrangiStage, ReadsTheNextImageForTheTubesThatWereFoundAndSaysSo) {
+  FrangiBench bench;
+  EXPECT_EQ(bench.show(1).polarity, RidgePolarity::kDark);
+  StageReport report;
+  bench.stage->describe(report);
+  EXPECT_STREQ(report.why.data(), "");
+  bench.predictions.back().polarity = RidgePolarity::kBright;
+  bench.predict({20, 20}, {40, 28}, bench.clock.now() + milliseconds(75));
+  EXPECT_EQ(bench.show(2).polarity, RidgePolarity::kBright);
+  bench.predictions.back().polarity.reset();
+  bench.predict({20, 20}, {40, 28}, bench.clock.now() + milliseconds(75));
+  EXPECT_EQ(bench.show(3).polarity, RidgePolarity::kBright) << "it stays so";
+  bench.stage->describe(report);
+  EXPECT_STREQ(report.why.data(),
+               "tubes are bright on its images, as the coils show: say polarity = \"bright\" in [frangi]");
+  EXPECT_EQ(report.state, StageState::kRunning);
+}
+
 TEST(FrangiStage, ARefusedImageSaysWhy) {
   FrangiBench bench(FrangiArea::kBand, 150);
   EXPECT_EQ(bench.show(1).rejection, ImageRejection::kNone);

@@ -47,7 +47,7 @@ TEST(OptimizerStage, TwoViewsOfOneInstantMakeOneEstimate) {
 
 /// An optimizer with one camera of 96 x 96 px whose images come in bands.
 struct PredictingBench {
-  explicit PredictingBench(ImageNeed need) {
+  explicit PredictingBench(ImageNeed need, std::optional<RidgePolarity> polarity = std::nullopt) {
     CameraCalibration camera;
     camera.width = camera.height = 96;
     camera.fx = camera.fy = 100;
@@ -57,6 +57,7 @@ struct PredictingBench {
     std::vector<std::unique_ptr<Estimator>> estimators;
     auto estimator = std::make_unique<FakeEstimator>(asked);
     estimator->need = need;
+    estimator->polarity = polarity;
     estimators.push_back(std::move(estimator));
     stage = std::make_unique<OptimizerStage>(
         std::move(estimators), std::vector<TripleBuffer<TubeEstimate>*>{&estimates},
@@ -94,6 +95,15 @@ TEST(OptimizerStage, TellsTheFrangiStageWithEveryEstimateWhereTheNextImageIsRead
   bench.clock.advance(milliseconds(60));
   EXPECT_TRUE(bench.stage->step(bench.clock)) << "a tick";
   EXPECT_TRUE(bench.predictions.fetch());
+}
+
+TEST(OptimizerStage, TellsTheFrangiStageWhatTubesLookLikeWhereThatWasFound) {
+  for (const std::optional<RidgePolarity> found : {std::optional(RidgePolarity::kBright), {}}) {
+    PredictingBench bench({ImageNeed::Kind::kWhole}, found);
+    bench.show();
+    ASSERT_TRUE(bench.predictions.fetch());
+    EXPECT_EQ(bench.predictions.front().polarity, found);
+  }
 }
 
 TEST(OptimizerStage, WhatTheEstimatorsAskOfAnImageIsMeasuredAndExpectedOfTheNext) {

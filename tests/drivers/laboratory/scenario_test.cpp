@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -68,6 +69,18 @@ TEST(Scenario, AHookThatCannotBeIsRefused) {
         HookChoice{0, 0, {10, 8, 5}}, HookChoice{0, 0, {10, 5}}, HookChoice{0, 0, {10, 0}},
         HookChoice{0, 0, {20, 10, 26, -30}}, HookChoice{0, 0, {0, 8, 10, 8}}}) {
     EXPECT_THROW(with_hook(paper, hook), std::invalid_argument) << hook.radius_mm << ' ' << hook.length_mm;
+  }
+}
+
+TEST(Scenario, ATipIsAsStiffAsAskedForAgainstItsShaft) {
+  const Scenario paper = make_scenario("paper", 3);
+  const Scenario soft = with_tip_stiffness(paper, 0.2);
+  EXPECT_DOUBLE_EQ(soft.catheter.tip_bending_stiffness_N_mm2, 0.2 * paper.catheter.bending_stiffness_N_mm2);
+  EXPECT_EQ(soft.catheter.bending_stiffness_N_mm2, paper.catheter.bending_stiffness_N_mm2);
+  EXPECT_EQ(with_tip_stiffness(paper, 0).catheter.tip_bending_stiffness_N_mm2,
+            paper.catheter.tip_bending_stiffness_N_mm2);
+  for (const double times : {-1.0, 0.01, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(with_tip_stiffness(paper, times), std::invalid_argument) << times;
   }
 }
 

@@ -45,6 +45,17 @@ TEST_F(SimulatedWorldTest, TheCatheterNeverStretches) {
   }
 }
 
+TEST_F(SimulatedWorldTest, ASofterTipIsAnotherRun) {
+  const DriverSettings paper = settings_.with("preset", std::string("paper")).with("seed", std::int64_t{3});
+  const SimulatedWorld as_it_is(room_, paper);
+  const SimulatedWorld soft(room_, paper.with("tip_stiffness", 0.1));
+  double farthest_mm = 0;
+  for (double t_s = 0; t_s < 40; t_s += 1) {
+    farthest_mm = std::max(farthest_mm, (soft.point(0, t_s, 0) - as_it_is.point(0, t_s, 0)).norm());
+  }
+  EXPECT_GT(farthest_mm, 1);
+}
+
 TEST_F(SimulatedWorldTest, TheTangentPointsTowardTheTip) {
   const SimulatedWorld world(room_, settings_);
   const double h_mm = 1e-4;
