@@ -39,10 +39,11 @@ struct Arguments {
                             : std::vector<std::string>{"clinical", "field", "paper"};
     }
     if (mistakes.empty()) {
-      mistakes = sensitivity ? operator_errors()
-                             : std::vector<std::string>{
-                                   "none",      "registration=6,2", "offsets=5", "focal=1.08", "focal=0.95",
-                                   "clock=150", "field-jump=4",     "pan=5",     "turn=15"};
+      mistakes = sensitivity
+                     ? operator_errors()
+                     : std::vector<std::string>{"none",       "registration=6,2", "pose=5,1",  "offsets=5",
+                                                "focal=1.08", "focal=0.95",       "clock=150", "field-jump=4",
+                                                "pan=5",      "turn=15"};
     }
     if (every == 0) every = sensitivity ? 3 : 1;
   }

@@ -94,6 +94,14 @@ class CoilImageAgreement {
     }
   };
 
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  struct RegistrationError {
+    Eigen::Matrix<double, 6, 1> mean;
+    Matrix6 covariance;
+  };
+
+  static constexpr double kWrongField_mm = 4;  ///< standard deviation of each coil's own, of kField
+
   void suppose();
   void allow(const Explanation& explanation, double lasting_mm);
   double log_evidence(const Explanation& explanation);
@@ -101,9 +109,10 @@ class CoilImageAgreement {
   void compare(double registration_share, double lasting_mm);
   void remember(Explanation& explanation);
   void conclude();
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> registration_square(const Explanation& explanation) const;
+  [[nodiscard]] RegistrationError registration_error(const Explanation& explanation) const;
   [[nodiscard]] double magnification_square(const Explanation& explanation, std::size_t view) const;
   void take_moments();
+  void doubt_poses();
   void name(const Explanation& explanation);
 
   RoomErrors errors_;
@@ -115,7 +124,8 @@ class CoilImageAgreement {
   bool disagree_ = false;
   bool end_contradicts_ = false;
   // Mean squares over all explanations.
-  Eigen::Matrix<double, 6, 6> registration_square_;
+  Matrix6 registration_square_;
+  Matrix6 pose_square_ = Matrix6::Zero();  ///< of the views' poses, as far as it is seen
   double field_square_mm2_ = 0;
   std::array<double, kMaxCameras> magnification_square_{};
 };

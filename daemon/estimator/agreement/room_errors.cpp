@@ -79,6 +79,31 @@ double bounded_or_usual(std::optional<double> sigma, double usual) {
   return sigma ? bounded(*sigma, usual) : usual;
 }
 
+/// Of what is the sum of both errors, the variance of the first against that of both.
+double share_of(double sigma, double other_sigma) {
+  return squared(sigma) / (squared(sigma) + squared(other_sigma));
+}
+
+/// Shares of the cameras' poses in what lies between coils and images.
+void share_with_poses(const RoomDescription& room, const MotionVariance& poses,
+                      const std::optional<MotionVariance>& registration, RoomErrors& errors) {
+  const RoomErrors usual;
+  const auto all_state = [&room](const auto& sigma) { return std::ranges::all_of(room.cameras, sigma); };
+  const double pose_mm = all_state([](const auto& camera) { return camera.pose_sigma_mm.has_value(); })
+                             ? bounded(std::sqrt(poses.shift_mm2), usual.shift_mm)
+                             : usual.unchecked_shift_mm;
+  const double pose_rad = all_state([](const auto& camera) { return camera.pose_sigma_deg.has_value(); })
+                              ? bounded(std::sqrt(poses.turn_rad2), usual.turn_rad)
+                              : usual.unchecked_turn_rad;
+  const double shift_mm =
+      registration ? bounded(std::sqrt(registration->shift_mm2), usual.shift_mm) : usual.unchecked_shift_mm;
+  const double turn_rad =
+      registration ? bounded(std::sqrt(registration->turn_rad2), usual.turn_rad) : usual.unchecked_turn_rad;
+  const double any = std::sqrt(static_cast<double>(std::max<std::size_t>(room.cameras.size(), 1)));
+  errors.pose_share_of_shift = share_of(any * pose_mm, shift_mm);
+  errors.pose_share_of_turn = share_of(any * pose_rad, turn_rad);
+}
+
 }  // namespace
 
 RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription& instrument) {
@@ -98,6 +123,7 @@ RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription&
     std::tie(errors.unchecked_shift_mm, errors.unchecked_turn_rad) =
         with_poses(usual.unchecked_shift_mm, usual.unchecked_turn_rad);
   }
+  share_with_poses(room, poses, registration, errors);
   errors.arc_length_mm =
       bounded_or_usual(max_stated(instrument.coils, &CoilPlacement::offset_sigma_mm), usual.arc_length_mm);
   errors.clock_s = 1e-3 * bounded_or_usual(max_stated(room.cameras, &CameraCalibration::time_offset_sigma_ms),

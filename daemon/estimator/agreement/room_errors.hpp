@@ -23,14 +23,19 @@ struct RoomErrors {
   double unchecked_shift_mm = 2.5;
   double unchecked_turn_rad = 1.0 * std::numbers::pi / 180;
   double unchecked_magnification = 0.02;
+
+  // What lies between coils and images across a view may be the registration's error or the pose's of the
+  // camera: the share of its variance that is the poses', of all cameras.
+  double pose_share_of_shift = 0.5;
+  double pose_share_of_turn = 0.5;
 };
 
 /// Those of `room` for one of its instruments. The registration's come from its covariance, at the place that
 /// the first camera looks at; without one from its residual, which for markers of a body is about sqrt(3)
 /// times the error of an axis; cameras add the variances of their poses. Arc lengths,
 /// magnification and the clock have the greatest sigma that is stated, where all coils, all cameras, state
-/// one. None is below a fifth of the
-/// default: what no calibration knows of, such as a table that sags, stays.
+/// one. Shares of poses are of what is stated, and of what was never checked where nothing is. None is below
+/// a fifth of the default: what no calibration knows of, such as a table that sags, stays.
 RoomErrors room_errors(const RoomDescription& room, const InstrumentDescription& instrument);
 
 }  // namespace tubed

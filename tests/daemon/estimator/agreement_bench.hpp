@@ -31,6 +31,15 @@ inline RoomDescription two_views() {
   return room;
 }
 
+/// The same room, whose cameras' poses are known well.
+inline RoomDescription well_posed(RoomDescription room) {
+  for (CameraCalibration& camera : room.cameras) {
+    camera.pose_sigma_mm = {0.2, 0.2, 0.2};
+    camera.pose_sigma_deg = {0.1, 0.1, 0.1};
+  }
+  return room;
+}
+
 /// Where a coil is measured instead of where it is.
 using Mistake = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_mm, int coil, double t_s)>;
 

@@ -63,7 +63,7 @@ TEST(CoilImageAgreement, CoilsInTheDarkAreNotComparedWithTheImage) {
 }
 
 TEST(CoilImageAgreement, TwoViewsSeeTheDepth) {
-  AgreementBench bench(two_views());
+  AgreementBench bench(well_posed(two_views()));
   const CoilImageAgreement& agreement = bench.watch(5, registered_wrong({0, 0, 6}, 0));
   EXPECT_EQ(agreement.verdict().explanation, Discord::kRegistration);
   EXPECT_NEAR(agreement.verdict().shift_mm.z(), 6, 0.5);

@@ -11,20 +11,50 @@
 namespace tubed {
 namespace {
 
+RoomDescription registered_to(double sigma_mm) {
+  RoomDescription room = one_view_room();
+  room.registration_residual_mm = sigma_mm * std::numbers::sqrt3;
+  return room;
+}
+
 // One view sees nothing of its own depth: where it is wrong across, it may be as wrong there.
 TEST(CoilImageDoubt, WhatIsWrongAcrossIsDoubtedInDepth) {
   AgreementBench bench;
   EXPECT_LT(bench.sigma_mm(200).z(), 1.1 * RoomErrors().unchecked_shift_mm);
   bench.watch(5, registered_wrong({5, 3, 0}, 0));
   EXPECT_GT(bench.sigma_mm(200).z(), 1.6 * RoomErrors().unchecked_shift_mm);
-  // The image holds it across itself (x, y but for a little perspective), wherever the coils are.
-  EXPECT_LT(bench.sigma_mm(200).head<2>().maxCoeff(), 1.2);
 }
 
-RoomDescription registered_to(double sigma_mm) {
-  RoomDescription room = one_view_room();
-  room.registration_residual_mm = sigma_mm * std::numbers::sqrt3;
-  return room;
+// Which of the two is wrong nobody has said.
+TEST(CoilImageDoubt, WhatLiesBetweenCoilsAndImagesMayBeThePosesError) {
+  AgreementBench bench;
+  EXPECT_LT(bench.watch(5, as_it_is).verdict().shift_mm.norm(), 0.5);
+  const Eigen::Vector2d fits_mm = bench.sigma_mm(kMiddle_mm).head<2>();
+  EXPECT_LT(fits_mm.maxCoeff(), 1.2);
+  for (const Eigen::Vector3d& shift_mm : {Eigen::Vector3d(5, 3, 0), Eigen::Vector3d(0, -4, 0)}) {
+    AgreementBench wrong;
+    wrong.watch(5, registered_wrong(shift_mm, 0));
+    const Eigen::Vector2d sigma_mm = wrong.sigma_mm(kMiddle_mm).head<2>();
+    for (int axis = 0; axis < 2; ++axis) {
+      const double seen_mm = std::abs(shift_mm[axis]);
+      EXPECT_GT(sigma_mm[axis], 0.6 * seen_mm) << shift_mm.transpose() << ", axis " << axis;
+      EXPECT_LT(sigma_mm[axis], 0.85 * seen_mm + fits_mm[axis] + 0.3)
+          << shift_mm.transpose() << ", axis " << axis;
+    }
+  }
+}
+
+TEST(CoilImageDoubt, APoseThatIsStatedToBeGoodHoldsTheShapeAcross) {
+  AgreementBench bench(well_posed(one_view_room()));
+  bench.watch(5, registered_wrong({5, 3, 0}, 0));
+  EXPECT_LT(bench.sigma_mm(kMiddle_mm).head<2>().maxCoeff(), 1.2);
+  EXPECT_GT(bench.sigma_mm(kMiddle_mm).z(), 3);
+}
+
+TEST(CoilImageDoubt, ARegistrationThatIsStatedToBeGoodLeavesAllOfItToThePose) {
+  AgreementBench bench(registered_to(0.3));
+  bench.watch(5, registered_wrong({5, 3, 0}, 0));
+  EXPECT_NEAR(bench.sigma_mm(kMiddle_mm).x(), 5, 1);
 }
 
 TEST(CoilImageDoubt, BeforeAnythingWasSeenARegistrationIsDoubtedAsWhatWasNeverChecked) {
@@ -88,7 +118,7 @@ TEST(CoilImageDoubt, WhatNoImageHasHeldForASecondIsDoubtedAcross) {
 
 // Where it is too dark to see the tube its shape goes with the coils, wherever they are.
 TEST(CoilImageDoubt, WhatAnImageIsTooDarkToShowIsDoubtedAcross) {
-  RoomDescription room = one_view_room();
+  RoomDescription room = well_posed(one_view_room());
   room.cameras.front().focal_sigma = 0.002;  // so that the sides are as good as the image
   AgreementBench bright(room);
   AgreementBench dark(room);

@@ -93,6 +93,26 @@ TEST(RoomErrors, WhatIsStatedIsBelievedWhereNothingWasCheckedAndWhatIsNotIsDoubt
   EXPECT_EQ(errors_of(room).unchecked_magnification, 0.004);
 }
 
+TEST(RoomErrors, WhatLiesBetweenCoilsAndImagesIsSharedByRegistrationAndPosesAsTheyAreStated) {
+  RoomDescription room = a_room();
+  EXPECT_EQ(errors_of(room).pose_share_of_shift, 0.5) << "nothing is stated";
+  EXPECT_EQ(errors_of(room).pose_share_of_turn, 0.5);
+
+  room.cameras.front().pose_sigma_mm = {0.6, 0.6, 0.6};
+  const double unchecked_mm = RoomErrors().unchecked_shift_mm;
+  EXPECT_NEAR(errors_of(room).pose_share_of_shift, 0.36 / (0.36 + unchecked_mm * unchecked_mm), 1e-12);
+  EXPECT_EQ(errors_of(room).pose_share_of_turn, 0.5) << "of the turn nothing is stated";
+
+  room.registration_residual_mm = 0.8 * std::sqrt(3.0);
+  EXPECT_NEAR(errors_of(room).pose_share_of_shift, 0.36, 1e-12);
+
+  room.cameras.push_back(room.cameras.front());
+  room.cameras.back().pose_sigma_mm.reset();
+  EXPECT_GT(errors_of(room).pose_share_of_shift, 0.9) << "the other camera says nothing";
+  room.cameras.back() = room.cameras.front();
+  EXPECT_NEAR(errors_of(room).pose_share_of_shift, 0.72 / 1.36, 1e-12) << "any of the two";
+}
+
 TEST(RoomErrors, ASigmaCountsWhereAllStateOne) {
   RoomDescription room = a_room();
   room.instruments.front().coils[0].offset_sigma_mm = 0.3;
