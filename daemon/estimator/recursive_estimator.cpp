@@ -108,7 +108,8 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
                          shape_.time,
                          state_.freedom.variance_factor(),
                          &state_.images.rival,
-                         room_.registered ? &agreement_ : nullptr};
+                         room_.registered ? &agreement_ : nullptr,
+                         &state_.gate.end_jumps()};
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);

@@ -143,6 +143,9 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
             {s_mm, Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()), derivative.normalized()},
             shape.time);
       }
+      if (shape.end_jumps != nullptr) {
+        covariance_mm2 += shape.end_jumps->square_mm2(s_mm, shape.time);
+      }
       point.covariance_mm2 = upper_triangle(covariance_mm2);
     } else {
       point.covariance_mm2.fill(std::numeric_limits<float>::infinity());

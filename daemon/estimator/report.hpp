@@ -3,6 +3,7 @@
 
 #include "daemon/estimator/agreement/coil_image_agreement.hpp"
 #include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/coils/end_jumps.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
@@ -26,6 +27,7 @@ struct FoundShape {
   const Eigen::Matrix3Xd* rival = nullptr;
   /// Its doubt() adds to it, too, and its summary() is written; nullptr: nobody has looked.
   const CoilImageAgreement* agreement = nullptr;
+  const EndJumps* end_jumps = nullptr;  ///< what these leave open adds to it; nullptr: nobody has looked
 };
 
 /// What the word of validity depends on.

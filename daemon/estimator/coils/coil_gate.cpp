@@ -16,7 +16,6 @@ constexpr double kLostThoughConfirmed_s = 5;
 constexpr double kYoungFor_s = 0.5;  // after a beginning
 constexpr double kAskedEvery_s = 0.5;
 constexpr double kSteady = 16.3;     // chi^2 of the difference of two measurements, 3 dof: 0.001
-constexpr double kJump_mm = 6;       // of one coil, from one measurement to the next
 constexpr int kMinCoilsToBegin = 2;  // better a doubtful one among them than no shape at all
 constexpr int kClearedTimes = 3;     // that the coils of a measurement do not name it
 
@@ -31,6 +30,7 @@ CoilGate::CoilGate(const EstimatorSettings& settings, int coil_count)
 void CoilGate::reset() {
   beliefs_ = beliefs_at_first(model_);
   doubts_ = {};
+  end_jumps_ = {};
 }
 
 void CoilGate::write_beliefs(CoilObservations& coils) const {
@@ -70,37 +70,39 @@ void CoilGate::judge(const CoilInnovations& innovations, CoilFaults& faults,
       continue;
     }
     const bool was_out = doubt.is_out;
-    judge_coil(i, off_coil_mm(coil, spline, C), time, coil.state);
+    judge_coil(i, off_coil_mm(coil, spline, C), time, coils);
     if (doubt.is_out && !was_out) {
       ++newly_out;
       newest_out = i;
     }
   }
   if (newly_out == 1 && !is_young(time)) {
-    doubts_[static_cast<std::size_t>(newest_out)].jumped = jumped_alone(newest_out, innovations);
+    Doubt& doubt = doubts_[static_cast<std::size_t>(newest_out)];
+    (is_end(newest_out) ? doubt.whipped : doubt.jumped) = jumped_alone(newest_out, innovations);
   }
 }
 
-void CoilGate::judge_coil(int coil, const Eigen::Vector3d& off_mm, MonotonicTime time, CoilState& state) {
+void CoilGate::judge_coil(int coil, const Eigen::Vector3d& off_mm, MonotonicTime time,
+                          CoilObservations& coils) {
   Doubt& doubt = doubts_[static_cast<std::size_t>(coil)];
   doubt.contradicts_itself = doubt.off_mm && (off_mm - *doubt.off_mm).squaredNorm() > steady_mm2_;
   // The shape without it is known badly enough there to agree with much, in depth above all.
-  const bool stays_out = doubt.jumped && off_mm.norm() > kJump_mm;
+  const bool stays_out = doubt.jumped && off_mm.norm() > EndJumps::kJump_mm;
   if (beliefs_[static_cast<std::size_t>(coil)] >= 0.5 && !doubt.contradicts_itself && !stays_out) {
+    if (doubt.whipped) end_jumps_.believe(coils, coil, off_mm, time);
     doubt = Doubt{};
     return;
   }
-  state = CoilState::kOutlier;
+  coils.coils[static_cast<std::size_t>(coil)].state = CoilState::kOutlier;
   doubt.off_mm = off_mm;
   doubt.since = doubt.is_out && !doubt.contradicts_itself ? doubt.since : time;
   doubt.is_out = true;
 }
 
-// From one measurement to the next and no other coil: the tube does not move so. But its ends may whip.
+// From one measurement to the next and no other coil: between others the tube does not move so.
 bool CoilGate::jumped_alone(int coil, const CoilInnovations& innovations) const {
-  const bool is_between = coil > 0 && coil + 1 < coil_count_;
   const Eigen::Vector3d& off_mm = *doubts_[static_cast<std::size_t>(coil)].off_mm;
-  return is_between && off_mm.norm() > kJump_mm && innovations.others_are_calm(coil);
+  return off_mm.norm() > EndJumps::kJump_mm && innovations.others_are_calm(coil);
 }
 
 bool CoilGate::asks_alone(MonotonicTime measured, double interval_s) const {
@@ -164,6 +166,7 @@ void CoilGate::begin(const CoilObservations& coils, MonotonicTime measured, Mono
       belief = std::min(belief, kBeliefOfDoubted);
     } else {
       const bool as_well = doubt.alone_as_well && !(coil.used() && asked);
+      if (doubt.whipped && doubt.off_mm) end_jumps_.believe(coils, i, *doubt.off_mm, measured);
       doubt = Doubt{};
       doubt.alone_as_well = as_well;
       belief = as_well ? std::min(belief, kBeliefOfDoubted) : 1 - model_.probability;

@@ -8,6 +8,7 @@
 #include "daemon/estimator/coils/coil_faults.hpp"
 #include "daemon/estimator/coils/coil_innovations.hpp"
 #include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/coils/end_jumps.hpp"
 #include "daemon/estimator/estimator_settings.hpp"
 
 namespace tubed {
@@ -43,6 +44,9 @@ class CoilGate {
   /// Is this coil, left out as it may be, a witness of a snap of the tube?
   [[nodiscard]] bool is_witness(int coil) const;
 
+  /// What jumps of the end coils have left open.
+  [[nodiscard]] const EndJumps& end_jumps() const { return end_jumps_; }
+
   /// Gated coils become kOutlier.
   void leave_out_gated(CoilObservations& coils) const;
   /// Nothing is begun with what contradicts itself, as long as there are others.
@@ -64,10 +68,12 @@ class CoilGate {
     int cleared_times = 0;                  ///< in a row that they were asked and did not
     std::optional<Eigen::Vector3d> off_mm;  ///< the shape, the last time; world
     bool contradicts_itself = false;        ///< it said something else the time before
-    bool jumped = false;  ///< it went wrong from one measurement to the next, and no other did
+    bool jumped = false;   ///< it went wrong from one measurement to the next, and no other did
+    bool whipped = false;  ///< the same of an end, where the tube may move so
   };
 
-  void judge_coil(int coil, const Eigen::Vector3d& off_mm, MonotonicTime time, CoilState& state);
+  void judge_coil(int coil, const Eigen::Vector3d& off_mm, MonotonicTime time, CoilObservations& coils);
+  [[nodiscard]] bool is_end(int coil) const { return coil == 0 || coil + 1 == coil_count_; }
   [[nodiscard]] bool jumped_alone(int coil, const CoilInnovations& innovations) const;
   [[nodiscard]] bool is_young(MonotonicTime time) const;
 
@@ -76,6 +82,7 @@ class CoilGate {
   int coil_count_;
   CoilBeliefs beliefs_;
   std::array<Doubt, kMaxCoils> doubts_{};
+  EndJumps end_jumps_;
   MonotonicTime began_{};  ///< EM frame of the beginning
   MonotonicTime asked_{};  ///< EM frame whose coils alone were last asked which is wrong
   bool shape_is_disowned_ = false;

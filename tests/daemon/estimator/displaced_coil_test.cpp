@@ -1,6 +1,8 @@
 // A coil that moves away from the others from one measurement to the next, and stays there.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/daemon/estimator/filter_bench.hpp"
 
 namespace tubed {
@@ -62,6 +64,29 @@ TEST(DisplacedCoil, ACoilThatComesBackSlowlyIsHeardAgain) {
     bench.measure(0, 2);
   }
   EXPECT_EQ(bench.estimate->coils[2].state, CoilState::kUsed);
+}
+
+/// Standard deviations of the point at that arc length, an axis.
+Eigen::Vector3d sigma_mm(const TubeEstimate& estimate, double s_mm) {
+  const double point = s_mm / static_cast<double>(estimate.length_mm) * (kMaxCentrelinePoints - 1);
+  const auto& upper = estimate.points[static_cast<std::size_t>(std::lround(point))].covariance_mm2;
+  return Eigen::Vector3f(upper[0], upper[3], upper[5]).cwiseSqrt().cast<double>();
+}
+
+// The shaft's end may whip: the shape follows it. But it may be the coil.
+TEST(DisplacedCoil, WhereTheLastCoilHasJumpedAndIsBelievedAgainSigmaHasItsJump) {
+  FilterBench bench;
+  bench.outlier_mm = 15;
+  bench.measure_times(2 * kSecond);
+  const double before_mm = sigma_mm(*bench.estimate, 370).z();
+  const double far_mm = sigma_mm(*bench.estimate, 100).z();
+  for (int i = 0; i < 8 * kSecond; ++i) bench.measure(0, 4);
+  ASSERT_EQ(bench.estimate->coils[4].state, CoilState::kUsed);
+  EXPECT_GT(sigma_mm(*bench.estimate, 370).z(), before_mm + 4);
+  EXPECT_LT(sigma_mm(*bench.estimate, 100).z(), far_mm + 1);
+  bench.measure_times(8 * kSecond);
+  ASSERT_EQ(bench.estimate->coils[4].state, CoilState::kUsed);
+  EXPECT_LT(sigma_mm(*bench.estimate, 370).z(), before_mm + 1) << "it has jumped back";
 }
 
 // While it is out something hides the tube, and the estimator begins again.
