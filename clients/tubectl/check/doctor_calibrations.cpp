@@ -24,6 +24,21 @@ Finding registration_of(const RoomDescription& room) {
       "`tubectl register` and `tubectl calibrate registration` write it with the registration"};
 }
 
+Finding poses_of(const RoomDescription& room) {
+  const auto unstated = std::ranges::find_if(room.cameras, [](const CameraCalibration& camera) {
+    return !camera.pose_sigma_mm || !camera.pose_sigma_deg;
+  });
+  if (unstated == room.cameras.end()) {
+    return {Verdict::kGood, "how well the cameras' poses are known is stated", ""};
+  }
+  return {
+      Verdict::kNote,
+      fmt::format("how well the pose of camera {} is known is not stated: where coils and images lie apart "
+                  "it is as likely as the registration, and sigma reaches from the one to the other",
+                  unstated->name),
+      "`tubectl calibrate camera` writes it as pose_sigma_mm and pose_sigma_deg"};
+}
+
 Finding focal_length_of(const RoomDescription& room) {
   const auto unstated = std::ranges::find_if(
       room.cameras, [](const CameraCalibration& camera) { return !camera.focal_sigma.has_value(); });
@@ -43,7 +58,9 @@ Finding focal_length_of(const RoomDescription& room) {
 std::vector<NamedFinding> examine_calibrations(const Configuration& configuration) {
   const RoomDescription& room = configuration.room;
   if (!room.registered || room.cameras.empty()) return {};
-  return {{"registration", registration_of(room)}, {"focal length", focal_length_of(room)}};
+  return {{"registration", registration_of(room)},
+          {"camera pose", poses_of(room)},
+          {"focal length", focal_length_of(room)}};
 }
 
 }  // namespace tubed
