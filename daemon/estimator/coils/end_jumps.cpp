@@ -9,16 +9,16 @@ namespace tubed {
 
 namespace {
 
-constexpr double kMemory_s = 60;     // as of what else stays of a coil's error
-constexpr double kDisplaced = 0.5;   // probability that it was not the tube
-constexpr double kJumpedBack = 0.5;  // of the newest jump, that is left of the sum
-constexpr double kFarthest = 1.5;    // of the jump, beyond the coil
+constexpr double kJumpMemory_s = 60;  // as of what else stays of a coil's error
+constexpr double kDisplaced = 0.5;    // probability that it was not the tube
+constexpr double kJumpedBack = 0.5;   // of the newest jump, that is left of the sum
+constexpr double kFarthest = 1.5;     // of the jump, beyond the coil
 constexpr double kMinBetween_mm = 1;
 
 }  // namespace
 
 double EndJumps::kept(const Jump& jump, MonotonicTime now) {
-  return std::exp(-std::max(seconds_between(jump.at, now), 0.0) / kMemory_s);
+  return std::exp(-std::max(seconds_between(jump.at, now), 0.0) / kJumpMemory_s);
 }
 
 void EndJumps::believe(const CoilObservations& coils, int coil, const Eigen::Vector3d& off_mm,
