@@ -20,7 +20,9 @@ namespace tubed {
 /// one a fifth as far. Across one view three of the registration's six numbers show; what does not show keeps
 /// its prior. What is published (doubt()) has the wider prior of what was never checked: that all is right
 /// across a view says nothing of its depth, which poses of cameras know least, and where a mistake of 6 mm
-/// stays unnoticed. Called by the optimizer thread; memory is taken in the constructor.
+/// stays unnoticed. Where images hold the shape it also has what lies between them and the coils, as far as
+/// it may be the views' poses that are wrong. Called by the optimizer thread; memory is taken in the
+/// constructor.
 class CoilImageAgreement {
  public:
   CoilImageAgreement(const RoomErrors& errors, const InstrumentDescription& instrument, int view_count);

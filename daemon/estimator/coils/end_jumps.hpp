@@ -21,7 +21,8 @@ class EndJumps {
   /// although the shape without it lies `off_mm` (world) away. Instants do not go back.
   void believe(const CoilObservations& coils, int coil, const Eigen::Vector3d& off_mm, MonotonicTime time);
 
-  /// Mean square of what the tube may be off by at s_mm from its tip, mm^2, world, before images are asked.
+  /// Mean square of what the tube may be off by at s_mm from its tip, mm^2, world, whatever images show
+  /// there.
   [[nodiscard]] Eigen::Matrix3d square_mm2(double s_mm, MonotonicTime now) const;
 
  private:

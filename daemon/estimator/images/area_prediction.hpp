@@ -12,8 +12,7 @@ struct PredictedArea {
   ImageArea area;
   /// Exposures later than this are not foreseen: the whole image. Zero: none is.
   MonotonicTime until{};
-  std::optional<RidgePolarity>
-      polarity;  ///< of tubes, where it was found to be another one than it is read for
+  std::optional<RidgePolarity> polarity;  ///< that the next image is to be read for; nothing: as before
 };
 
 /// What the optimizer thread does with the images of one camera besides estimating: lets the estimators have
