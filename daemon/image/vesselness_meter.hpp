@@ -24,8 +24,8 @@ class VesselnessMeter {
 
   /// Takes an image with grey and brightest filled, and measures `area` of it (the whole image where
   /// the settings say so). Sets vesselness, measured, structureness and what is said of its polarity. With
-  /// structureness 0, c
-  /// depends on this camera's images alone, never on `area`: see FrangiFilter::renew_structureness().
+  /// structureness 0, c depends on this camera's images alone, never on `area`: see
+  /// FrangiFilter::renew_structureness().
   void take(ImageMeasurement& image, const ImageArea& area);
 
   /// With polarity kAuto, the ridges that count from the next image on; does nothing otherwise.

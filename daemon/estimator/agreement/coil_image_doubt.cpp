@@ -90,7 +90,7 @@ void CoilImageAgreement::take_moments() {
 
 // The registration's error at p is [I, -[p - c]x] (shift, turn). An image holds the point across its rays:
 // with K the information of that, M becomes (K + M^-1)^-1 = M (I + K M)^-1. What the images' own poses are
-// off by moves the point by the share of it that they hold, M K (I + M K)^-1.
+// off by moves the point by the share of it that they hold, M K (I + M K)^-1 = I - ((I + K M)^-1)'.
 Eigen::Matrix3d CoilImageAgreement::doubt(const Place& place, MonotonicTime now) const {
   const CoilImageModel& model = seen_.model();
   const Eigen::Vector3d& p_world_mm = place.p_world_mm;
@@ -121,9 +121,9 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Place& place, MonotonicTime now)
     const Eigen::Vector3d lateral = lateral_mm(*view.camera, p_world_mm);
     scaled += magnification_square_[i] * lateral * lateral.transpose();
   }
-  const Eigen::Matrix3d held = Eigen::Matrix3d::Identity() - (Eigen::Matrix3d::Identity() + M * K).inverse();
-  const Eigen::Matrix<double, 3, 6> by_pose = held * J;
-  M = M * (Eigen::Matrix3d::Identity() + K * M).inverse() + by_pose * pose_square_ * by_pose.transpose();
+  const Eigen::Matrix3d left_open = (Eigen::Matrix3d::Identity() + K * M).inverse();
+  const Eigen::Matrix<double, 3, 6> by_pose = (Eigen::Matrix3d::Identity() - left_open).transpose() * J;
+  M = M * left_open + by_pose * pose_square_ * by_pose.transpose();
   const double beyond_tip_mm = seen_.beyond_tip_mm();
   const double along_mm2 = std::max(squared(beyond_tip_mm) - squared(kEndSeen_mm), 0.0);
   return M + scaled + along_mm2 * place.tangent_world * place.tangent_world.transpose();
