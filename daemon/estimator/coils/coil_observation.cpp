@@ -26,17 +26,19 @@ CoilState state_of(const CoilSample& sample) {
 }
 
 // A real coil always shows noise. Equal to the last bit over the whole window is a tracker that repeats
-// itself.
+// itself. One that says nothing now and then is no better for that.
 bool is_stuck(const EmFrame& frame, const EmHistory& history, std::size_t sensor, std::int64_t stuck_ns) {
   constexpr std::size_t kMinRepeats = 3;
+  std::size_t repeats = 0;
   for (std::size_t steps = 1;; ++steps) {
     const EmFrame* earlier = history.before(&frame, steps);
-    if (earlier == nullptr || earlier->coils[sensor].status != CoilStatus::kOk ||
-        earlier->coils[sensor].p_em_mm != frame.coils[sensor].p_em_mm ||
+    if (earlier == nullptr) return false;
+    if (earlier->coils[sensor].status != CoilStatus::kOk) continue;
+    if (earlier->coils[sensor].p_em_mm != frame.coils[sensor].p_em_mm ||
         earlier->coils[sensor].tangent_em != frame.coils[sensor].tangent_em) {
       return false;
     }
-    if (steps >= kMinRepeats && to_ns(frame.measured) - to_ns(earlier->measured) >= stuck_ns) {
+    if (++repeats >= kMinRepeats && to_ns(frame.measured) - to_ns(earlier->measured) >= stuck_ns) {
       return true;
     }
   }

@@ -83,6 +83,21 @@ TEST(CoilObservation, ValuesThatRepeatBitByBitAreStuckAfterTheLimit) {
   EXPECT_EQ(coils.used_count(), 4);
 }
 
+// What says nothing now and then would otherwise be believed for the limit's length each time.
+TEST(CoilObservation, StuckValuesStayStuckOverMeasurementsThatAreMissing) {
+  CoilBench bench;
+  for (int i = 0; i <= 20; ++i) {
+    EmFrame frame = measure_coils(bench.room, from_ns(1 + i * 25'000'000LL), 1, static_cast<unsigned>(i));
+    frame.coils[4] = measure_coils(bench.room, from_ns(1), 1, 99).coils[4];
+    const bool is_missing = i % 5 == 4;
+    if (is_missing) frame.coils[4] = CoilSample{};
+    const CoilState state = bench.observe(frame).coils[4].state;
+    if (i >= 6 && !is_missing) {
+      EXPECT_EQ(state, CoilState::kStuck) << i * 25 << " ms";
+    }
+  }
+}
+
 TEST(CoilObservation, WithoutAnyMeasurementAllAreMissing) {
   CoilBench bench;
   const CoilObservations coils = observe_coils(nullptr, *bench.history, bench.room.instruments.front(),
