@@ -78,7 +78,7 @@ void FrangiStage::describe(StageReport& report) const noexcept {
   const bool has_words = newest_rejection_ == ImageRejection::kWrongGeometry;
   if (newest_rejection_ == ImageRejection::kNone && image_half_.meter.reads_otherwise()) {
     std::snprintf(report.why.data(), report.why.size(),
-                  "tubes are bright on its images, as the coils show: say polarity = \"bright\" in [frangi]");
+                  "tubes are bright on its images: found from where the coils have the tube");
   } else {
     std::snprintf(report.why.data(), report.why.size(), "%s%s%s", words_of(newest_rejection_),
                   has_words ? ": " : "", has_words ? image_half_.door.geometry_fault() : "");

@@ -33,8 +33,8 @@ const char* name_of_camera(std::size_t index, std::span<const CameraCalibration>
 void write_misreading(Discord reading, const char* camera, std::span<char> text) {
   if (reading == Discord::kNegative) {
     std::snprintf(text.data(), text.size(),
-                  "images of camera %s show the tube when they are read as negatives: set polarity of "
-                  "[frangi] to the other word",
+                  "images of camera %s show the tube when they are read as negatives: leave polarity "
+                  "of [frangi] at \"auto\"",
                   camera);
   } else {
     std::snprintf(text.data(), text.size(),

@@ -1,6 +1,7 @@
 #include "daemon/estimator/images/misread_images.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "daemon/image/vesselness_meter.hpp"
 
@@ -15,6 +16,8 @@ constexpr double kBetweenSeldom_s = 1;
 constexpr double kMinInView = 0.15;  // share of the tube
 constexpr int kRemembered = 8;       // images read in the same way
 constexpr int kMinRead = 4;
+constexpr std::array kReadAs{Discord::kNone, Discord::kNegative, Discord::kMirrored};
+constexpr std::size_t kReadings = kReadAs.size();
 // Shares of lines, means: a tube that is seen has 0.7 to 0.9, another way of reading its images 0.15 to 0.5.
 constexpr double kAgrees = 0.62;
 constexpr double kBetterBy = 0.2;
@@ -59,23 +62,26 @@ MisreadImages::MisreadImages(const EstimatorSettings& settings, const Instrument
     : estimator_(joint(settings), instrument, room),
       estimate_(std::make_unique<TubeEstimate>()),
       pictures_(room.cameras.size()),
-      polarities_(room.cameras.size()) {
+      views_(room.cameras.size()) {
   for (std::size_t camera = 0; camera < room.cameras.size(); ++camera) {
     pictures_[camera].reserve(room.cameras[camera].width, room.cameras[camera].height);
-    for (const Discord as : {Discord::kNone, Discord::kNegative, Discord::kMirrored}) {
+    for (const Discord as : kReadAs) {
       readings_.push_back({.as = as, .camera = camera});
     }
   }
 }
 
 void MisreadImages::forget() {
+  for (std::size_t camera = 0; camera < views_.size(); ++camera) forget(camera);
+}
+
+void MisreadImages::forget(std::size_t camera) {
   for (Reading& reading : readings_) {
-    reading.count = 0;
-    reading.agreeing = 0;
+    if (reading.camera == camera) reading = {.as = reading.as, .camera = camera};
   }
-  read_ = 0;
-  newest_ = MonotonicTime{};
-  found_.reset();
+  views_[camera].read = 0;
+  views_[camera].newest = MonotonicTime{};
+  if (found_ && found_->camera == camera) found_.reset();
 }
 
 void MisreadImages::Reading::add(double share) {
@@ -83,49 +89,60 @@ void MisreadImages::Reading::add(double share) {
   agreeing += (share - agreeing) / count;
 }
 
-int MisreadImages::due(MonotonicTime instant, bool lost) {
-  if (!lost && !found_) {
-    read_ = 0;
-    return 0;
-  }
-  const double since_s = seconds_between(newest_, instant);
-  if (read_ >= kReadOften && since_s < kBetweenSeldom_s) return 0;
+int MisreadImages::due(const View& view, MonotonicTime instant) {
+  const double since_s = seconds_between(view.newest, instant);
+  if (view.read >= kReadOften && since_s < kBetweenSeldom_s) return 0;
   return static_cast<int>(std::clamp(since_s / kBetween_s, 0.0, 1.0 * kAtOnce));
+}
+
+// Of the cameras with an image of this instant: one that brings few is not to wait behind one that brings
+// many.
+std::optional<std::size_t> MisreadImages::longest_unread(const Observation& observation) const {
+  std::optional<std::size_t> longest;
+  for (std::size_t camera = 0; camera < views_.size(); ++camera) {
+    const ImageMeasurement* const image = observation.images[camera];
+    if (image == nullptr || image->state != ImageState::kMeasured ||
+        observation.on_demand[camera] == nullptr) {
+      continue;
+    }
+    if (!longest || views_[camera].newest < views_[*longest].newest) longest = camera;
+  }
+  return longest;
 }
 
 std::optional<RidgePolarity> MisreadImages::polarity_of(std::size_t camera) const {
   if (!found_ || found_->reading != Discord::kNegative || found_->camera != camera) return std::nullopt;
-  const Polarity& polarity = polarities_[camera];
-  if (!polarity.is_open) return std::nullopt;
-  return polarity.is == RidgePolarity::kDark ? RidgePolarity::kBright : RidgePolarity::kDark;
+  const View& view = views_[camera];
+  if (!view.polarity_is_open) return std::nullopt;
+  return view.polarity == RidgePolarity::kDark ? RidgePolarity::kBright : RidgePolarity::kDark;
 }
 
 // What was read of images with the other polarity says nothing of these.
 void MisreadImages::notice_polarity(const Observation& observation) {
-  for (std::size_t camera = 0; camera < polarities_.size(); ++camera) {
+  for (std::size_t camera = 0; camera < views_.size(); ++camera) {
     const ImageMeasurement* const image = observation.images[camera];
     if (image == nullptr || image->state != ImageState::kMeasured) continue;
-    if (image->polarity != polarities_[camera].is) forget();
-    polarities_[camera] = {image->polarity, image->finds_polarity};
+    if (image->polarity != views_[camera].polarity) forget(camera);
+    views_[camera].polarity = image->polarity;
+    views_[camera].polarity_is_open = image->finds_polarity;
   }
 }
 
 void MisreadImages::look(const Observation& observation, bool lost) {
   if (!observation.is_image_instant) return;
   notice_polarity(observation);
-  int due = this->due(observation.instant, lost);
-  for (std::size_t tried = 0; due > 0 && tried < readings_.size(); ++tried) {
-    Reading& reading = readings_[next_];
-    next_ = (next_ + 1) % readings_.size();
-    const ImageMeasurement* const image = observation.images[reading.camera];
-    if (image == nullptr || image->state != ImageState::kMeasured ||
-        observation.on_demand[reading.camera] == nullptr) {
-      continue;
-    }
-    newest_ = observation.instant;
-    ++read_;
-    --due;
-    read(observation, reading);
+  if (!lost && !found_) {
+    for (View& view : views_) view.read = 0;
+    return;
+  }
+  const auto camera = longest_unread(observation);
+  if (!camera) return;
+  View& view = views_[*camera];
+  for (int due = this->due(view, observation.instant); due > 0; --due) {
+    view.newest = observation.instant;
+    ++view.read;
+    read(observation, readings_[*camera * kReadings + view.next]);
+    view.next = (view.next + 1) % kReadings;
     conclude();
   }
 }
@@ -147,9 +164,9 @@ void MisreadImages::read(const Observation& observation, Reading& reading) {
 // With hysteresis, so that the word does not flicker.
 void MisreadImages::conclude() {
   std::optional<Found> best;
-  for (std::size_t first = 0; first < readings_.size(); first += 3) {
+  for (std::size_t first = 0; first < readings_.size(); first += kReadings) {
     const Reading& as_it_is = readings_[first];
-    for (std::size_t i = first + 1; i < first + 3; ++i) {
+    for (std::size_t i = first + 1; i < first + kReadings; ++i) {
       const Reading& other = readings_[i];
       const bool was_found =
           found_ && found_->reading == other.as && found_->camera == static_cast<std::uint32_t>(other.camera);

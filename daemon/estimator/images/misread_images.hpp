@@ -43,6 +43,8 @@ class MisreadImages {
   void forget();
 
  private:
+  void forget(std::size_t camera);
+
   struct Reading {
     Discord as = Discord::kNone;  ///< kNone: as it is
     std::size_t camera = 0;
@@ -52,24 +54,25 @@ class MisreadImages {
     void add(double share);
   };
 
-  struct Polarity {
-    RidgePolarity is = RidgePolarity::kDark;  ///< of the newest image
-    bool is_open = false;                     ///< it may be another one
+  struct View {
+    RidgePolarity polarity = RidgePolarity::kDark;  ///< of the newest image
+    bool polarity_is_open = false;                  ///< it may be another one
+    std::size_t next = 0;                           ///< of its readings
+    int read = 0;                                   ///< images since the tube was seen last
+    MonotonicTime newest{};                         ///< image that was read
   };
 
   void notice_polarity(const Observation& observation);
-  [[nodiscard]] int due(MonotonicTime instant, bool lost);
+  [[nodiscard]] std::optional<std::size_t> longest_unread(const Observation& observation) const;
+  [[nodiscard]] static int due(const View& view, MonotonicTime instant);
   void read(const Observation& observation, Reading& reading);
   void conclude();
 
   SingleFrameEstimator estimator_;
   std::unique_ptr<TubeEstimate> estimate_;  ///< what it writes
   std::vector<ImageMeasurement> pictures_;  ///< one a camera: its image, read in another way
-  std::vector<Reading> readings_;           ///< three a camera
-  std::vector<Polarity> polarities_;        ///< of each camera
-  std::size_t next_ = 0;                    ///< of readings_
-  int read_ = 0;                            ///< images since the tube was seen last
-  MonotonicTime newest_{};                  ///< image that was read
+  std::vector<Reading> readings_;           ///< three a camera, one camera after the other
+  std::vector<View> views_;                 ///< of each camera
   std::optional<Found> found_;
 };
 

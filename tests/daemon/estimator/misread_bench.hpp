@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "daemon/estimator/images/misread_images.hpp"
 #include "daemon/image/vesselness_meter.hpp"
@@ -19,9 +21,11 @@ enum class Picture { kAsItIs, kNegative, kMirrored, kWithoutTube };
 /// Dark tubes on a bright ground, a coil measurement with each image.
 class MisreadBench {
  public:
-  explicit MisreadBench(Picture picture, PolaritySetting polarity = PolaritySetting::kDark)
+  /// The first camera of `room` takes the pictures.
+  explicit MisreadBench(Picture picture, PolaritySetting polarity = PolaritySetting::kDark,
+                        RoomDescription room = one_view_room())
       : polarity_(polarity),
-        room_(well_registered(one_view_room())),
+        room_(well_registered(std::move(room))),
         history_(std::make_unique<EmHistory>()),
         image_(image_of_arc(room_, from_ns(1))),
         on_demand_(image_.width, image_.height, FrangiSettings{}),
@@ -64,6 +68,12 @@ class MisreadBench {
     observation_.em = history_.get();
     observation_.images[0] = &image_;
     observation_.on_demand[0] = &on_demand_;
+    if (of_second_camera && seed_ % 7 == 0) {
+      of_second_camera->camera = 1;
+      of_second_camera->exposure = now_;
+      observation_.images[1] = &*of_second_camera;
+      observation_.on_demand[1] = &on_demand_;
+    }
     observation_.image_timeout = std::chrono::seconds(1);
     return observation_;
   }
@@ -74,6 +84,8 @@ class MisreadBench {
     for (int i = 0; i < static_cast<int>(seconds / 0.133); ++i) misread_.look(next(), lost);
     return misread_;
   }
+
+  std::optional<ImageMeasurement> of_second_camera;  ///< comes with every seventh image of the first one
 
   [[nodiscard]] const RoomDescription& room() const { return room_; }
   [[nodiscard]] const ImageMeasurement& image() const { return image_; }

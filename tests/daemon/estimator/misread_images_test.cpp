@@ -66,6 +66,32 @@ TEST(MisreadImages, NobodyLooksWhileImagesShowTheTube) {
   EXPECT_FALSE(MisreadBench(Picture::kNegative).look(5, false).found());
 }
 
+RoomDescription two_equal_cameras() {
+  RoomDescription room = one_view_room();
+  room.cameras.push_back(room.cameras.front());
+  room.cameras.back().name = "B";
+  return room;
+}
+
+// An image a second, while the other one shows nothing whichever way it is read.
+TEST(MisreadImages, ACameraThatBringsFewImagesDoesNotWaitBehindOneThatBringsMany) {
+  MisreadBench bench(Picture::kWithoutTube, PolaritySetting::kAuto, two_equal_cameras());
+  bench.look(10);
+  bench.of_second_camera = MisreadBench(Picture::kNegative, PolaritySetting::kAuto).image();
+  const MisreadImages& misread = bench.look(8);
+  ASSERT_TRUE(misread.found());
+  EXPECT_EQ(misread.found()->camera, 1U);
+  EXPECT_EQ(misread.polarity_of(1), RidgePolarity::kBright);
+}
+
+TEST(MisreadImages, WhatWasReadOfACameraIsKeptWhenAnotherOneIsReadOtherwise) {
+  MisreadBench bench(Picture::kWithoutTube, PolaritySetting::kAuto, two_equal_cameras());
+  bench.of_second_camera = MisreadBench(Picture::kNegative, PolaritySetting::kAuto).image();
+  ASSERT_TRUE(bench.look(8).found());
+  bench.measure(RidgePolarity::kBright);
+  EXPECT_TRUE(bench.look(0.14).polarity_of(1));
+}
+
 TEST(MisreadImages, WhatWasFoundIsForgotten) {
   MisreadBench bench(Picture::kNegative);
   ASSERT_TRUE(bench.look(2).found());
@@ -102,7 +128,7 @@ TEST(MisreadImagesEstimator, ANegativeIsQuestionableAndNamed) {
     EXPECT_EQ(estimate.agreement.explanation, Discord::kNegative);
     EXPECT_EQ(words,
               "cath-1: coils and images disagree: images of camera A show the tube when they are read as "
-              "negatives: set polarity of [frangi] to the other word");
+              "negatives: leave polarity of [frangi] at \"auto\"");
   }
 }
 

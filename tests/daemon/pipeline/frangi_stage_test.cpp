@@ -137,8 +137,7 @@ TEST(FrangiStage, ReadsTheNextImageForTheTubesThatWereFoundAndSaysSo) {
   bench.predict({20, 20}, {40, 28}, bench.clock.now() + milliseconds(75));
   EXPECT_EQ(bench.show(3).polarity, RidgePolarity::kBright) << "it stays so";
   bench.stage->describe(report);
-  EXPECT_STREQ(report.why.data(),
-               "tubes are bright on its images, as the coils show: say polarity = \"bright\" in [frangi]");
+  EXPECT_STREQ(report.why.data(), "tubes are bright on its images: found from where the coils have the tube");
   EXPECT_EQ(report.state, StageState::kRunning);
 }
 
