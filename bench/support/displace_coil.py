@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """A sequence folder in which a coil is measured beside where it is: somebody has bent the catheter there, or metal lies beside it.
+Or all of them: the tracker's field has changed, or the patient was moved against it.
 
   displace_coil.py FROM TO SENSOR X Y Z [BEGIN [END]]
 
-Everything of FROM but em.csv is linked. X, Y, Z: mm in the tracker's frame; BEGIN, END: seconds (default: the whole of it).
+SENSOR counts from 1 at the tip, or is "all". Everything of FROM but em.csv is linked. X, Y, Z: mm in the tracker's frame; BEGIN, END: seconds (default: the whole of it).
 """
 import csv
 import pathlib
@@ -11,7 +12,7 @@ import sys
 
 
 def displaced(row, sensor, way_mm, begin_s, end_s):
-    if row["sensor"] != sensor or not row["x"] or not begin_s <= float(row["t_s"]) < end_s:
+    if sensor not in (row["sensor"], "all") or not row["x"] or not begin_s <= float(row["t_s"]) < end_s:
         return row
     return {**row, **{axis: repr(float(row[axis]) + mm) for axis, mm in zip("xyz", way_mm)}}
 

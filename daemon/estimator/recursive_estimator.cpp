@@ -109,14 +109,15 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
                          state_.freedom.variance_factor(),
                          &state_.images.rival,
                          room_.registered ? &agreement_ : nullptr,
-                         &state_.gate.end_jumps()};
+                         &state_.gate.end_jumps(),
+                         &state_.common_jump};
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);
   write_held_by_coils(coils, estimate);
   write_held_by_images(observation, image_update_.views(), estimate);
   write_measurements(frame, image_update_.views().newest_exposure(), estimate);
-  const ImageVerdict standing = lost_tube_.standing(observation, shape_.images);
+  const ImageVerdict standing = lost_tube_.standing(observation, shape_.images, &image_update_.views());
   judge(observation, coils,
         {!room_.cameras.empty(), room_.registered, shape_.converged, standing, agreement_.disagree(),
          state_.images.is_ambiguous},
@@ -188,6 +189,7 @@ bool RecursiveEstimator::began_too_sure() {
 void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
                                       TubeEstimate& estimate) {
   CoilObservations coils = observe(&frame, history);
+  notice_common_jump(frame, coils, history);
   before_update_ = state_;
   motion_.predict(frame.measured, state_.freedom.learnt(), state_);
   const double freedom =
@@ -214,6 +216,16 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   ask_alone(frame, history, interval_s);
   learn_bending_from_coils(estimate);
   past_.remember(state_);
+}
+
+void RecursiveEstimator::notice_common_jump(const EmFrame& frame, const CoilObservations& coils,
+                                            const EmHistory& history) {
+  const EmFrame* const before = history.before(&frame, 1);
+  if (before == nullptr) return;
+  const bool jumped = state_.common_jump.observe(observe(before, history), coils,
+                                                 seconds_between(before->measured, frame.measured),
+                                                 state_.errors.noise().noise_position_mm(), frame.measured);
+  if (jumped) agreement_.forget_held();
 }
 
 // What is wrong, a coil or the shape? The coils of a measurement alone, led by nothing older, may name a

@@ -48,6 +48,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void take_measurements(const EmFrame& newest, const EmHistory& history, TubeEstimate& estimate);
   void update_coils(const EmFrame& frame, const EmHistory& history, double interval_s,
                     TubeEstimate& estimate);
+  void notice_common_jump(const EmFrame& frame, const CoilObservations& coils, const EmHistory& history);
   void ask_alone(const EmFrame& frame, const EmHistory& history, double interval_s);
   ImageVerdict update_image(const Observation& observation, const CoilObservations& coils,
                             TubeEstimate& estimate);

@@ -76,11 +76,12 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
 
 constexpr double kLostMemory_s = 3;  // of which images showed the tube
 constexpr double kMostlyLost = 0.7;
+constexpr double kLostInOneFor_s = 10;  // of a camera that brings no further image
 
 }  // namespace
 
 // An image that shows the tube for once, where most before it did not, may show something else there.
-ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict images) {
+ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict images, const TubeViews* views) {
   if (observation.is_image_instant && images != ImageVerdict::kNone) {
     const bool lost_now = images == ImageVerdict::kLost;
     const double dt_s =
@@ -89,8 +90,23 @@ ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict ima
     lost_share_ = kept * lost_share_ + (1 - kept) * (lost_now ? 1 : 0);
     judged_ = std::max(judged_, observation.instant);
     is_lost_ = lost_now || lost_share_ > kMostlyLost;
+    if (views != nullptr) ask_each(*views, observation.instant);
   }
-  return is_lost_ ? ImageVerdict::kLost : images;
+  return is_lost_ || is_lost_in_one(observation.instant) ? ImageVerdict::kLost : images;
+}
+
+void LostTube::ask_each(const TubeViews& views, MonotonicTime instant) {
+  for (std::size_t view = 0; view < std::min(views.count(), lost_in_.size()); ++view) {
+    if (const auto shows = views.shows_tube(view, instant)) {
+      lost_in_[view] = *shows ? MonotonicTime{} : instant;
+    }
+  }
+}
+
+bool LostTube::is_lost_in_one(MonotonicTime now) const {
+  return std::ranges::any_of(lost_in_, [now](MonotonicTime lost) {
+    return to_ns(lost) != 0 && std::abs(seconds_between(lost, now)) < kLostInOneFor_s;
+  });
 }
 
 void begin_report(const Observation& observation, TubeEstimate& estimate) {
@@ -125,6 +141,8 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
     Eigen::Map<Eigen::Vector3d>(estimate.coefficients_mm[i].data()) =
         shape.C->col(static_cast<Eigen::Index>(i));
   }
+  Eigen::Matrix3d jumped_mm2 = Eigen::Matrix3d::Zero();
+  if (shape.common_jump != nullptr) jumped_mm2 = shape.common_jump->square_mm2(shape.time);
   for (std::size_t i = 0; i < estimate.point_count; ++i) {
     CentrelinePoint& point = estimate.points[i];
     const double s_mm = instrument.length_mm * static_cast<double>(i) / (kMaxCentrelinePoints - 1);
@@ -140,8 +158,10 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
       }
       if (shape.agreement != nullptr) {
         covariance_mm2 += shape.agreement->doubt(
-            {s_mm, Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()), derivative.normalized()},
+            {s_mm, Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()), derivative.normalized(), jumped_mm2},
             shape.time);
+      } else {
+        covariance_mm2 += jumped_mm2;
       }
       if (shape.end_jumps != nullptr) {
         covariance_mm2 += shape.end_jumps->square_mm2(s_mm, shape.time);

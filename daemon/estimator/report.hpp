@@ -3,6 +3,7 @@
 
 #include "daemon/estimator/agreement/coil_image_agreement.hpp"
 #include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/coils/common_jump.hpp"
 #include "daemon/estimator/coils/end_jumps.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/images/tube_views.hpp"
@@ -27,7 +28,9 @@ struct FoundShape {
   const Eigen::Matrix3Xd* rival = nullptr;
   /// Its doubt() adds to it, too, and its summary() is written; nullptr: nobody has looked.
   const CoilImageAgreement* agreement = nullptr;
-  const EndJumps* end_jumps = nullptr;  ///< what these leave open adds to it; nullptr: nobody has looked
+  // What these leave open adds to it; nullptr: nobody has looked.
+  const EndJumps* end_jumps = nullptr;
+  const CommonJump* common_jump = nullptr;
 };
 
 /// What the word of validity depends on.
@@ -40,18 +43,26 @@ struct Findings {
   bool ambiguous = false;                     ///< MirrorTest::is_ambiguous()
 };
 
-/// That an image did not show the tube holds until one does, also for the shapes between images. Called by
-/// the optimizer's thread.
+/// That an image did not show the tube holds until one does, also for the shapes between images. What one
+/// camera contradicts another one does not make good: it sees no depth, and holds any shape along its rays.
+/// Called by the optimizer's thread.
 class LostTube {
  public:
-  /// The verdict on the shape of this observation; `images` is what the images of its instant alone say.
-  ImageVerdict standing(const Observation& observation, ImageVerdict images);
+  /// The verdict on the shape of this observation; `images` is what the images of its instant say together,
+  /// and `views` what each of them says; nullptr: nothing by itself.
+  ImageVerdict standing(const Observation& observation, ImageVerdict images,
+                        const TubeViews* views = nullptr);
   void forget() { *this = LostTube{}; }
 
  private:
+  void ask_each(const TubeViews& views, MonotonicTime instant);
+  [[nodiscard]] bool is_lost_in_one(MonotonicTime now) const;
+
   bool is_lost_ = false;
   MonotonicTime judged_{};  ///< the newest image with a verdict
   double lost_share_ = 0;   ///< of the images before and with it, older ones count less
+  std::array<MonotonicTime, kMaxCameras>
+      lost_in_{};  ///< newest image of that camera, when it did not; or zero
 };
 
 /// Clears what each estimate begins with: reasons, image figures, iterations.

@@ -64,7 +64,7 @@ void SingleFrameEstimator::update(const Observation& observation, TubeEstimate& 
   is_ambiguous_ = is_ambiguous_ && estimate.view_count > 0;
   judge(observation, coils,
         {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
-         lost_tube_.standing(observation, images), false, is_ambiguous_},
+         lost_tube_.standing(observation, images, &views_), false, is_ambiguous_},
         estimate);
 }
 

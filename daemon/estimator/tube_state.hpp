@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "daemon/estimator/coils/coil_gate.hpp"
+#include "daemon/estimator/coils/common_jump.hpp"
 #include "daemon/estimator/coils/lasting_coil_errors.hpp"
 #include "daemon/estimator/images/shape_judge.hpp"
 #include "daemon/estimator/motion_freedom.hpp"
@@ -52,6 +53,7 @@ struct TubeState {
   TubeGaussian tube;
   LastingCoilErrors errors;
   CoilGate gate;
+  CommonJump common_jump;
   MotionFreedom freedom;
   TubeMotion::DriftVariances drift;
   Eigen::VectorXd bending;         ///< how much the tube bends, as TubeMap::set_bending() takes it

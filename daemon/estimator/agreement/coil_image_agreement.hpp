@@ -64,11 +64,16 @@ class CoilImageAgreement {
     double s_mm;  ///< from the tip
     Eigen::Vector3d p_world_mm;
     Eigen::Vector3d tangent_world;  ///< unit
+    /// What else may be off there of what coils say, mm^2, world.
+    Eigen::Matrix3d coils_mm2 = Eigen::Matrix3d::Zero();
   };
   /// What has to be added to the covariance (mm^2, world) there, for a shape that knows of none of this.
   /// Before the first shape that images confirmed, the registration's shift alone. What images held across
   /// themselves within the last second is not doubted there, as far as they held it (HeldAcross).
   [[nodiscard]] Eigen::Matrix3d doubt(const Place& place, MonotonicTime now) const;
+
+  /// Where images held the shape it no longer lies: until they hold it again all of it is doubted.
+  void forget_held() { seen_.forget_held(); }
 
   void reset();
 

@@ -99,8 +99,8 @@ Eigen::Matrix3d CoilImageAgreement::doubt(const Place& place, MonotonicTime now)
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
   J.leftCols<3>().setIdentity();
   J.rightCols<3>() << 0, r_mm.z(), -r_mm.y(), -r_mm.z(), 0, r_mm.x(), r_mm.y(), -r_mm.x(), 0;
-  Eigen::Matrix3d M =
-      J * registration_square_ * J.transpose() + field_square_mm2_ * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d M = J * registration_square_ * J.transpose() +
+                      field_square_mm2_ * Eigen::Matrix3d::Identity() + place.coils_mm2;
   Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d scaled = Eigen::Matrix3d::Zero();
   const std::span<const CoilImageEvidence::SeenView> views = seen_.views();

@@ -37,6 +37,10 @@ CoilImageEvidence::CoilImageEvidence(const InstrumentDescription& instrument, in
       views_(static_cast<std::size_t>(view_count),
              {.camera = nullptr, .confirmed = {}, .held = HeldAcross(instrument.length_mm)}) {}
 
+void CoilImageEvidence::forget_held() {
+  for (SeenView& view : views_) view.confirmed = MonotonicTime{};
+}
+
 void CoilImageEvidence::reset() {
   model_.reset();
   linear_.forget(0);

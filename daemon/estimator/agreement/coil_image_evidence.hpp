@@ -26,6 +26,8 @@ class CoilImageEvidence {
   /// Instants do not go back.
   void observe(const CoilObservations& coils, const ConfirmedShape& shape, double noise_mm);
 
+  /// No view has held the shape where it is now.
+  void forget_held();
   void reset();
 
   [[nodiscard]] const CoilImageModel& model() const { return model_; }

@@ -32,6 +32,15 @@ bool is_confirmed(const Eigen::Vector2d& ridge_end_px, const std::optional<LineC
   return end_by_greys && (end_by_greys->target_px - ridge_end_px).norm() < kSameEnd_px;
 }
 
+// A line where vesselness is not to be had, or where no tube could be seen, is not in view. How many there
+// were.
+int leave_out_unreadable(const ImageMeasurement& image, const LineLayout& layout, int reach_px,
+                         CorrespondenceLines& lines) {
+  const int unmeasured =
+      drop_unmeasured_lines(image.measured, layout, reach_px, TubeViews::kBeyondTip_px, lines);
+  return unmeasured + drop_blind_lines(image, layout, reach_px, lines);
+}
+
 }  // namespace
 
 const ViewConstraints* view_of_tip(std::span<const ViewConstraints> views) {
@@ -105,7 +114,7 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
     if (observation.on_demand[v] != nullptr) {
       filter_around_lines(*observation.on_demand[v], *image, areas_[v], search.reach_px);
     }
-    in_view -= leave_out_unreadable(*image, search.reach_px);
+    in_view -= leave_out_unreadable(*image, layout_, search.reach_px, lines_);
     measure_view(*image, view, in_view, search);
     looked = true;
     estimate.has_image = estimate.has_image || view.count > 0;
@@ -122,13 +131,6 @@ void TubeViews::filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& 
   area.clear();
   add_lines(lines_, layout_, reach_px, kBeyondTip_px, area);
   on_demand.filter_missing(image, area);
-}
-
-// A line where vesselness is not to be had, or where no tube could be seen, is not in view. How many there
-// were.
-int TubeViews::leave_out_unreadable(const ImageMeasurement& image, int reach_px) {
-  const int unmeasured = drop_unmeasured_lines(image.measured, layout_, reach_px, kBeyondTip_px, lines_);
-  return unmeasured + drop_blind_lines(image, layout_, reach_px, lines_);
 }
 
 void TubeViews::measure_view(const ImageMeasurement& image, View& view, int in_view,
@@ -278,6 +280,12 @@ std::optional<double> TubeViews::agreeing(std::size_t view, MonotonicTime instan
   const View& of = views_[view];
   const bool is_of_instant = std::abs(seconds_between(of.exposure, instant)) <= kOneInstant_s;
   return of.lines_asked > 0 && is_of_instant ? std::optional(of.inlier_ratio) : std::nullopt;
+}
+
+std::optional<bool> TubeViews::shows_tube(std::size_t view, MonotonicTime instant) const {
+  const auto share = agreeing(view, instant);
+  const bool may_be_chance = views_[view].lines_asked < kMinLinesNotByChance;
+  return share && !may_be_chance ? std::optional(*share >= kMinFound) : std::nullopt;
 }
 
 MonotonicTime TubeViews::newest_exposure() const {

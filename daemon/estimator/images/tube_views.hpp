@@ -75,6 +75,10 @@ class TubeViews {
   /// without an image or with too few lines in view to say.
   [[nodiscard]] std::optional<double> agreeing(std::size_t view, MonotonicTime instant) const;
 
+  /// Does this view's image of that instant show the tube where measure() found it last? Nothing without an
+  /// image, or where a picture of something else may agree with most lines.
+  [[nodiscard]] std::optional<bool> shows_tube(std::size_t view, MonotonicTime instant) const;
+
   /// Was so little of the tube in view of the images of that instant that a picture of something else agrees
   /// with most lines now and then?
   [[nodiscard]] bool may_agree_by_chance(MonotonicTime instant) const;
@@ -151,7 +155,6 @@ class TubeViews {
 
   [[nodiscard]] static bool takes_part(const View& view, const Observation& observation);
   void filter_around_lines(ImageOnDemand& on_demand, ImageMeasurement& image, ImageArea& area, int reach_px);
-  int leave_out_unreadable(const ImageMeasurement& image, int reach_px);
   void measure_view(const ImageMeasurement& image, View& view, int in_view, const TubeSearch& search);
   void measure_end(const ImageMeasurement& image, View& view, float ridge_height, bool tip_is_held);
 

@@ -98,6 +98,7 @@ class AgreementBench {
         .cwiseMax(0)
         .cwiseSqrt();
   }
+  void forget_held() { agreement_.forget_held(); }
   const CoilImageAgreement& forget() {
     agreement_.reset();
     return agreement_;

@@ -116,6 +116,31 @@ TEST(CoilImageDoubt, WhatNoImageHasHeldForASecondIsDoubtedAcross) {
   EXPECT_GT(std::sqrt(later.diagonal().head<2>().sum()), 5);
 }
 
+// All coils have gone elsewhere since.
+TEST(CoilImageDoubt, WhatImagesHeldBeforeIsDoubtedOnceItIsForgotten) {
+  AgreementBench bench;
+  bench.watch(5, registered_wrong({5, 3, 0}, 0));
+  const double held_mm = bench.sigma_mm(kMiddle_mm).head<2>().norm();
+  bench.forget_held();
+  EXPECT_GT(bench.sigma_mm(kMiddle_mm).head<2>().norm(), held_mm + 1);
+  bench.watch(0.2, registered_wrong({5, 3, 0}, 0));
+  EXPECT_NEAR(bench.sigma_mm(kMiddle_mm).head<2>().norm(), held_mm, 0.3);
+}
+
+// An image holds the shape across itself, whatever coils say, and not in depth.
+TEST(CoilImageDoubt, WhatElseIsOffOfCoilsAddsWhereNoImageHoldsTheShape) {
+  AgreementBench bench;
+  const CoilImageAgreement& agreement = bench.watch(5, as_it_is);
+  const auto sigma_mm = [&](const Eigen::Vector3d& off_mm) -> Eigen::Vector3d {
+    const CoilImageAgreement::Place place{kMiddle_mm, arc_point(kMiddle_mm), -arc_tangent_to_tip(kMiddle_mm),
+                                          off_mm * off_mm.transpose()};
+    return agreement.doubt(place, bench.now()).diagonal().cwiseSqrt();
+  };
+  const Eigen::Vector3d without_mm = sigma_mm({0, 0, 0});
+  EXPECT_GT(sigma_mm({0, 0, 6}).z(), 0.9 * std::hypot(6, without_mm.z()));
+  EXPECT_LT((sigma_mm({6, 0, 0}) - without_mm).norm(), 0.5);
+}
+
 // Where it is too dark to see the tube its shape goes with the coils, wherever they are.
 TEST(CoilImageDoubt, WhatAnImageIsTooDarkToShowIsDoubtedAcross) {
   RoomDescription room = well_posed(one_view_room());

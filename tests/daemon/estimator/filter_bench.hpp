@@ -42,6 +42,10 @@ struct FilterBench {
       measure();
     }
   }
+  /// The same, with all coils off by so much in z.
+  void measure_shifted_times(double shift_mm, int count) {
+    for (int i = 0; i < count; ++i) measure(shift_mm);
+  }
   /// Something hides a stretch of the tube in the first view and leads the shape up to 11 mm beside it,
   /// further than lines reach; then the tube is seen again.
   void catch_and_show_again() {
