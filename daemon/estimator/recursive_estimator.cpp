@@ -73,6 +73,13 @@ bool RecursiveEstimator::describe_disagreement(std::span<char> words) const noex
   return false;
 }
 
+bool RecursiveEstimator::describe_jump(std::span<char> words) const noexcept {
+  const double jump_mm = state_.common_jump.left_mm(shape_.time);
+  if (jump_mm < CommonJump::kJump_mm) return false;
+  write_common_jump(instrument_, jump_mm, words);
+  return true;
+}
+
 CoilObservations RecursiveEstimator::observe(const EmFrame* frame, const EmHistory& history) const {
   CoilObservations coils = observe_coils(frame, history, instrument_, room_.T_world_em,
                                          static_cast<std::int64_t>(settings_.em_stuck_ms * 1e6));

@@ -31,6 +31,7 @@ class RecursiveEstimator final : public RestShapedEstimator {
   void set_rest(RestHook* hook) noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override;
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override;
 
  private:
   /// What is published.

@@ -281,19 +281,21 @@ void OptimizerStage::hand_over_predictions() noexcept {
 // The amounts in the words change a little all the time; who reads them, and the log, wants them seldom.
 void OptimizerStage::ask_why(MonotonicTime now) noexcept {
   std::array<char, 256> words{};
-  for (const auto& estimator : estimators_) {
-    if (estimator->describe_disagreement(words)) {
-      if (why_[0] == '\0' || now - why_written_ >= kWordsEvery) {
-        why_ = words;
-        why_written_ = now;
-      }
-      return;
-    }
+  const auto any_says = [this](const auto& says) { return std::ranges::any_of(estimators_, says); };
+  const auto keep_for_a_while = [&] {
+    if (why_[0] != '\0' && now - why_written_ < kWordsEvery) return;
+    why_ = words;
+    why_written_ = now;
+  };
+  if (any_says([&](const auto& estimator) { return estimator->describe_disagreement(words); })) {
+    keep_for_a_while();
+  } else if (any_says([&](const auto& estimator) { return estimator->describe_moved_view(words); })) {
+    why_ = words;
+  } else if (any_says([&](const auto& estimator) { return estimator->describe_jump(words); })) {
+    keep_for_a_while();
+  } else {
+    why_[0] = '\0';
   }
-  for (const auto& estimator : estimators_) {
-    if (estimator->describe_moved_view(why_)) return;
-  }
-  why_[0] = '\0';
 }
 
 void OptimizerStage::describe(StageReport& report) const noexcept {

@@ -126,6 +126,15 @@ void write_missing_marks(const InstrumentDescription& instrument, std::span<char
       instrument.id.c_str());
 }
 
+void write_common_jump(const InstrumentDescription& instrument, double jump_mm, std::span<char> text) {
+  std::snprintf(
+      text.data(), text.size(),
+      "%.60s: all coils have jumped by %.0f mm together, within the last minute: has metal come near "
+      "the field generator, or was the patient moved? One sigma has %.0f mm of it where no image "
+      "holds the shape",
+      instrument.id.c_str(), jump_mm, std::sqrt(0.5) * jump_mm);
+}
+
 double length_of(const std::array<float, 3>& vector) {
   return static_cast<double>(std::hypot(vector[0], vector[1], vector[2]));
 }

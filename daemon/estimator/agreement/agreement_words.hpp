@@ -18,6 +18,9 @@ void write_disagreement(const EmImageAgreement& agreement, const InstrumentDescr
 /// The same of marks that the instrument has, and that images do not show.
 void write_missing_marks(const InstrumentDescription& instrument, std::span<char> text);
 
+/// The same of coils that have all jumped by so much (CommonJump).
+void write_common_jump(const InstrumentDescription& instrument, double jump_mm, std::span<char> text);
+
 /// What explains it best and by how much, and what to do, without the beginning of that sentence. Allocates.
 std::string explanation_of(const EmImageAgreement& agreement, const InstrumentDescription& instrument,
                            std::span<const CameraCalibration> cameras);

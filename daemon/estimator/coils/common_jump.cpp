@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <span>
 
 #include "idl/geometry/squared.hpp"
 
@@ -15,11 +17,19 @@ constexpr double kJumpMemory_s = 60;    // as of what else stays of coils' error
 constexpr double kFieldChanged = 0.5;   // probability that it was not the tube
 constexpr double kJumpedBack = 0.5;     // of the newest jump, that is left of the sum
 constexpr double kMaxInterval_s = 0.1;  // in longer ones a tube goes anywhere
-constexpr int kMinCoils = 3;            // that say the same by chance less than once in a procedure
+constexpr std::size_t kMinCoils = 3;    // that say the same by chance less than once in a procedure
 constexpr double kNoise = 6;            // standard deviations of a difference that are no jump
 constexpr double kSame = 0.25;          // of the jump, that one coil's may differ from it
 constexpr double kSameNoise = 3;        // the same in standard deviations of a coil's noise
-constexpr double kUnseenAlong = 0.02;   // of the information, so that a straight tube's length stays unmoved
+constexpr double kSeesNoise = 4;   // standard deviations of noise that a coil sees of it, to bear it out, and
+constexpr double kBearsOut = 0.5;  // of what it should see, that it may be off by
+constexpr double kUnseenAlong = 0.02;  // of the information, so that a straight tube's length stays unmoved
+
+/// Of one coil.
+struct Seen {
+  Eigen::Matrix3d P;         ///< onto what is across the tube
+  Eigen::Vector3d moved_mm;  ///< across the tube, world
+};
 
 Eigen::Matrix3d across(const Eigen::Vector3d& tangent) {
   return Eigen::Matrix3d::Identity() - tangent * tangent.transpose();
@@ -29,36 +39,39 @@ Eigen::Matrix3d across(const Eigen::Vector3d& tangent) {
 
 std::optional<Eigen::Vector3d> common_jump_mm(const CoilObservations& before, const CoilObservations& now,
                                               double noise_mm) {
-  std::array<Eigen::Vector3d, kMaxCoils> moved_mm;
-  std::array<Eigen::Matrix3d, kMaxCoils> P;
-  int coils = 0;
+  std::array<Seen, kMaxCoils> seen;
+  std::size_t coils = 0;
   Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
   Eigen::Vector3d n_mm = Eigen::Vector3d::Zero();
   for (int i = 0; i < std::min(before.count, now.count); ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const CoilObservation& earlier = before.coils[index];
-    const CoilObservation& coil = now.coils[index];
+    const CoilObservation& earlier = before.coils[static_cast<std::size_t>(i)];
+    const CoilObservation& coil = now.coils[static_cast<std::size_t>(i)];
     if (!earlier.used() || !coil.used()) continue;
-    const auto k = static_cast<std::size_t>(coils++);
-    P[k] = across(earlier.tangent_world);
-    moved_mm[k] = P[k] * (coil.p_world_mm - earlier.p_world_mm);
-    N += P[k];
-    n_mm += moved_mm[k];
+    const Eigen::Matrix3d P = across(earlier.tangent_world);
+    seen[coils++] = {P, P * (coil.p_world_mm - earlier.p_world_mm)};
+    N += P;
+    n_mm += seen[coils - 1].moved_mm;
   }
   if (coils < kMinCoils) return {};
-  N.diagonal().array() += kUnseenAlong * coils;
+  N.diagonal().array() += kUnseenAlong * static_cast<double>(coils);
   const Eigen::Vector3d jump_mm = N.inverse() * n_mm;
   const double length_mm = jump_mm.norm();
   if (length_mm < std::max(CommonJump::kJump_mm, kNoise * noise_mm)) return {};
+  const double same_mm = std::max(kSame * length_mm, kSameNoise * noise_mm);
   double rest_mm2 = 0;
-  for (int i = 0; i < coils; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    rest_mm2 += (moved_mm[k] - P[k] * jump_mm).squaredNorm();
+  std::size_t witnesses = 0;
+  for (const Seen& coil : std::span(seen).first(coils)) {
+    const Eigen::Vector3d expected_mm = coil.P * jump_mm;
+    const double off_mm = (coil.moved_mm - expected_mm).norm();
+    rest_mm2 += off_mm * off_mm;
+    const double seen_mm = expected_mm.norm();
+    witnesses += seen_mm >= kSeesNoise * noise_mm && off_mm <= kBearsOut * seen_mm ? 1 : 0;
   }
-  const double rest_mm = std::sqrt(rest_mm2 / coils);
-  if (rest_mm > std::max(kSame * length_mm, kSameNoise * noise_mm)) return {};
-  return jump_mm;
+  const bool all_say_so = std::sqrt(rest_mm2 / static_cast<double>(coils)) <= same_mm;
+  return all_say_so && witnesses >= kMinCoils ? std::optional(jump_mm) : std::nullopt;
 }
+
+double CommonJump::left_mm(MonotonicTime now) const { return kept(now) * off_mm_.norm(); }
 
 double CommonJump::kept(MonotonicTime now) const {
   return std::exp(-std::max(seconds_between(at_, now), 0.0) / kJumpMemory_s);

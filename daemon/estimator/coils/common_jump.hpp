@@ -24,6 +24,9 @@ class CommonJump {
   bool observe(const CoilObservations& before, const CoilObservations& now, double interval_s,
                double noise_mm, MonotonicTime time);
 
+  /// Length of what is left of it, mm.
+  [[nodiscard]] double left_mm(MonotonicTime now) const;
+
   /// Mean square of what the whole tube may be off by, mm^2, world, whatever images show.
   [[nodiscard]] Eigen::Matrix3d square_mm2(MonotonicTime now) const;
 
@@ -35,8 +38,9 @@ class CommonJump {
 };
 
 /// By how much all coils lie to the side of where they lay before, mm, world: the least squares' answer of
-/// what is across the tube at each coil. Nothing where fewer than three coils say something both times, where
-/// they do not say the same, or where it is no more than noise makes it.
+/// what is across the tube at each coil. Nothing where fewer than three coils bear it out (what only one of
+/// them sees across itself the others do not contradict), where they do not say the same, or where it is no
+/// more than noise makes it.
 std::optional<Eigen::Vector3d> common_jump_mm(const CoilObservations& before, const CoilObservations& now,
                                               double noise_mm);
 

@@ -25,6 +25,9 @@ class MisreadImagesEstimator final : public Estimator {
     return misread_.polarity_of(camera);
   }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override {
+    return inside_->describe_jump(words);
+  }
   [[nodiscard]] bool describe_moved_view(std::span<char> words) const noexcept override {
     return inside_->describe_moved_view(words);
   }

@@ -20,6 +20,9 @@ class DoubtedTipEstimator final : public Estimator {
   }
   [[nodiscard]] ImageNeed image_need() const noexcept override { return straight_->image_need(); }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override {
+    return straight_->describe_jump(words);
+  }
   void reset() noexcept override { straight_->reset(); }
 
  private:

@@ -32,6 +32,9 @@ class PreshapedEstimator final : public Estimator {
   void reset() noexcept override;
   [[nodiscard]] ImageNeed image_need() const noexcept override { return active().image_need(); }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override;
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override {
+    return active().describe_jump(words);
+  }
 
   /// Coefficients no further than kHookSpacing_mm apart, if there can be as many.
   static EstimatorSettings settings_for_hooks(const EstimatorSettings& settings, double length_mm);

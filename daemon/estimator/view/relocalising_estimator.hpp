@@ -31,6 +31,9 @@ class RelocalisingEstimator final : public Estimator {
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
     return inside_->describe_disagreement(words);
   }
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override {
+    return inside_->describe_jump(words);
+  }
   [[nodiscard]] bool describe_moved_view(std::span<char> words) const noexcept override;
 
  private:

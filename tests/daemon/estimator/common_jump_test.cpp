@@ -82,6 +82,15 @@ TEST(CommonJumpOfCoils, IsNoneWhereOnlySomeOfThemMove) {
   }
 }
 
+// The shaft is straight, and along it none of its coils sees anything: only the tip's coil, which is wrong.
+TEST(CommonJumpOfCoils, IsNoneWhereOneCoilIsWrongInTheDirectionThatTheOthersDoNotSee) {
+  CoilObservations before = straight(coils_of_arc({0, 0, 0}, 1));
+  CoilObservations wrong = straight(coils_of_arc({0, 0, 0}, 2));
+  before.coils[0].tangent_world = wrong.coils[0].tangent_world = Eigen::Vector3d::UnitY();
+  wrong.coils[0].p_world_mm += Eigen::Vector3d(30, 0, 0);
+  EXPECT_FALSE(common_jump_mm(before, wrong, kCoilNoise_mm));
+}
+
 TEST(CommonJumpOfCoils, IsSaidByThreeCoilsAtLeast) {
   const CoilObservations before = coils_of_arc({0, 0, 0}, 1);
   CoilObservations now = coils_of_arc({0, 0, 8}, 2);
@@ -130,6 +139,7 @@ TEST_F(CommonJumpTest, IsForgottenWithinMinutes) {
   jump({0, 0, 8});
   now += seconds(60);
   EXPECT_NEAR(sigma_mm().z(), kAlong * 8 / std::numbers::e, 0.1);
+  EXPECT_NEAR(common.left_mm(now), 8 / std::numbers::e, 0.1);
   now += seconds(240);
   EXPECT_LT(sigma_mm().z(), 0.1);
 }

@@ -1,6 +1,10 @@
 // What the recursive estimator does not believe.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <string>
+
 #include "tests/daemon/estimator/filter_bench.hpp"
 
 namespace tubed {
@@ -108,6 +112,11 @@ RoomDescription with_a_side_view() {
   return room;
 }
 
+std::string words_of_jump(const FilterBench& bench) {
+  std::array<char, 256> words{};
+  return bench.estimator->describe_jump(words) ? words.data() : "";
+}
+
 double sigma_in_depth_mm(const TubeEstimate& estimate) {
   return std::sqrt(static_cast<double>(estimate.points[estimate.point_count / 2].covariance_mm2[5]));
 }
@@ -123,8 +132,10 @@ TEST(RecursiveDoubts, WhereAllCoilsJumpAlongTheRaysTheJumpIsInSigma) {
       bench.measure(30);
       ASSERT_GT(sigma_in_depth_mm(*bench.estimate), before_mm + 0.4 * 30) << with_images << ", " << i;
     }
+    EXPECT_NE(words_of_jump(bench).find("cath-1: all coils have jumped by "), std::string::npos);
     for (int i = 0; i < 80; ++i) bench.measure();
     EXPECT_LT(sigma_in_depth_mm(*bench.estimate), before_mm + 1) << "they have jumped back";
+    EXPECT_EQ(words_of_jump(bench), "");
   }
 }
 

@@ -115,12 +115,9 @@ class FakeEstimator final : public Estimator {
   void reset() noexcept override {}
   [[nodiscard]] ImageNeed image_need() const noexcept override { return need; }
   [[nodiscard]] bool describe_disagreement(std::span<char> words) const noexcept override {
-    if (disagreement.empty()) {
-      return false;
-    }
-    words[disagreement.copy(words.data(), words.size() - 1)] = '\0';
-    return true;
+    return say(disagreement, words);
   }
+  [[nodiscard]] bool describe_jump(std::span<char> words) const noexcept override { return say(jump, words); }
 
   [[nodiscard]] std::optional<RidgePolarity> polarity_of(std::size_t /*camera*/) const noexcept override {
     return polarity;
@@ -130,8 +127,15 @@ class FakeEstimator final : public Estimator {
   std::optional<RidgePolarity> polarity;  ///< what it has found
   std::function<void(const Observation&)> looks_further;
   std::string disagreement;  ///< what coils and images contradict each other about
+  std::string jump;          ///< of all coils
 
  private:
+  static bool say(const std::string& what, std::span<char> words) {
+    if (what.empty()) return false;
+    words[what.copy(words.data(), words.size() - 1)] = '\0';
+    return true;
+  }
+
   std::vector<Observation>& asked_;
 };
 

@@ -345,5 +345,17 @@ TEST(OptimizerStage, WhatCoilsAndImagesDisagreeAboutIsSaidAndItsAmountsSeldom) {
   EXPECT_EQ(bench.why_after_a_tick(), "");
 }
 
+TEST(OptimizerStage, ThatAllCoilsHaveJumpedIsSaidWhereNothingElseIs) {
+  OptimizerBench bench;
+  bench.fakes[0]->jump = "all coils have jumped by 8 mm";
+  EXPECT_EQ(bench.why_after_a_tick(), "all coils have jumped by 8 mm");
+  bench.fakes[0]->disagreement = "about 4 mm";
+  bench.clock.advance(std::chrono::seconds(5));
+  EXPECT_EQ(bench.why_after_a_tick(), "about 4 mm");
+  bench.fakes[0]->disagreement.clear();
+  bench.fakes[0]->jump.clear();
+  EXPECT_EQ(bench.why_after_a_tick(), "");
+}
+
 }  // namespace
 }  // namespace tubed
