@@ -117,8 +117,7 @@ class Estimator {
   [[nodiscard]] virtual bool describe_moved_view(std::span<char> /*words*/) const noexcept { return false; }
 
   /// That all coils have jumped at once, and what sigma has of it: one sentence, written as above. False
-  /// while
-  /// nothing is left of it.
+  /// while nothing is left of it.
   [[nodiscard]] virtual bool describe_jump(std::span<char> /*words*/) const noexcept { return false; }
 
   /// Forgets the past.
