@@ -90,15 +90,21 @@ ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict ima
     lost_share_ = kept * lost_share_ + (1 - kept) * (lost_now ? 1 : 0);
     judged_ = std::max(judged_, observation.instant);
     is_lost_ = lost_now || lost_share_ > kMostlyLost;
-    if (views != nullptr) ask_each(*views, observation.instant);
+    if (views != nullptr) ask_each(*views, observation.instant, images);
   }
   return is_lost_ || is_lost_in_one(observation.instant) ? ImageVerdict::kLost : images;
 }
 
-void LostTube::ask_each(const TubeViews& views, MonotonicTime instant) {
+// A short piece takes nothing back by itself, but where the images together are believed it was confirmed.
+void LostTube::ask_each(const TubeViews& views, MonotonicTime instant, ImageVerdict images) {
   for (std::size_t view = 0; view < std::min(views.count(), lost_in_.size()); ++view) {
-    if (const auto shows = views.shows_tube(view, instant)) {
-      lost_in_[view] = *shows ? MonotonicTime{} : instant;
+    const auto shows = views.shows_tube(view, instant);
+    const bool shows_piece = images == ImageVerdict::kShowsTube &&
+                             views.agreeing(view, instant).value_or(0) >= TubeViews::kMinFound;
+    if (shows.value_or(false) || shows_piece) {
+      lost_in_[view] = MonotonicTime{};
+    } else if (shows) {
+      lost_in_[view] = instant;
     }
   }
 }

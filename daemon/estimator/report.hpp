@@ -55,7 +55,7 @@ class LostTube {
   void forget() { *this = LostTube{}; }
 
  private:
-  void ask_each(const TubeViews& views, MonotonicTime instant);
+  void ask_each(const TubeViews& views, MonotonicTime instant, ImageVerdict images);
   [[nodiscard]] bool is_lost_in_one(MonotonicTime now) const;
 
   bool is_lost_ = false;

@@ -16,7 +16,6 @@ namespace {
 
 // Noise agrees with 0.62 of 8 to 16 lines in one image of 5, of 24 to 32 in one of 16, of 80 in one of 100.
 constexpr int kMinLinesNotByChance = 40;
-constexpr double kMinFound = 0.5;          // share of the lines without which a round finds nothing
 constexpr double kMinSurprising = 0.6;     // share of the lines of a view that may surprise
 constexpr int kEndInside = 12;             // lines of the tip that must be in view to look for its end
 constexpr int kEndOutside_px = 20;         // how far beyond the expected tip is looked

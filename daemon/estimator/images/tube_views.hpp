@@ -47,6 +47,8 @@ class TubeViews {
  public:
   /// With fewer lines in view an image says nothing.
   static constexpr int kMinLines = 10;
+  /// With a smaller share of them that agree it shows no tube.
+  static constexpr double kMinFound = 0.5;
 
   TubeViews(const EstimatorSettings& settings, const InstrumentDescription& instrument,
             const RoomDescription& room);

@@ -71,6 +71,18 @@ void turn_away(FilterBench& bench) {
       ViewGeometry{camera.fx, camera.fy, camera.cx, camera.cy, {1, 0, 0, 0}, {t.x(), t.y(), t.z()}, {}};
 }
 
+// One image of all of the tube in which something hid it, and then the view turns.
+TEST(RecursiveShortPiece, IsBelievedAfterAnImageOfAllOfItThatDidNotShowIt) {
+  FilterBench bench;
+  bench.measure_times(40);
+  ASSERT_FALSE(is_lost(bench));
+  EXPECT_TRUE(is_lost_at(bench, false));
+  turn_away(bench);
+  is_lost_at(bench, true);
+  is_lost_at(bench, true);
+  EXPECT_FALSE(is_lost_at(bench, true)) << "the third one in a row";
+}
+
 TEST(RecursiveShortPiece, OfATubeThatTheImageBeforeShowedIsBelievedAtOnce) {
   for (const unsigned first_seed : {3U, 4U}) {  // a shape that begins with an image, and one that does not
     FilterBench bench;
