@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -95,6 +96,9 @@ std::string command_of(const SimulatedRun& run) {
     text << (i == 0 ? " --hook-arcs " : ",") << run.hook_arcs_mm[i];
   }
   if (run.tip_coil_mm != 0) text << " --tip-coil " << run.tip_coil_mm;
+  for (std::size_t i = 0; i < run.coils_mm.size(); ++i) {
+    text << (i == 0 ? " --coils " : ",") << run.coils_mm[i];
+  }
   if (run.tip_stiffness != 0) text << " --tip-stiffness " << run.tip_stiffness;
   if (!run.panel.empty()) text << " --panel " << run.panel;
   if (run.undisturbed) text << " --undisturbed";
@@ -221,11 +225,28 @@ std::string presets_with_two_views(std::int64_t seed) {
   return names;
 }
 
+void place_coils(const std::vector<double>& coils_mm, InstrumentDescription& instrument) {
+  const bool is_ascending = std::ranges::adjacent_find(coils_mm, std::greater_equal<>()) == coils_mm.end();
+  if (coils_mm.size() > static_cast<std::size_t>(kMaxCoils) || !is_ascending || coils_mm.front() < 0 ||
+      coils_mm.back() > instrument.length_mm) {
+    std::ostringstream text;
+    text << "--coils: " << kMaxCoils
+         << " at most, from the tip on, each further from it than the one before, "
+         << "the last one " << instrument.length_mm << " mm at most";
+    throw std::invalid_argument(text.str());
+  }
+  instrument.coils.clear();
+  for (const double coil_mm : coils_mm) {
+    instrument.coils.push_back({static_cast<int>(instrument.coils.size()) + 1, coil_mm, false});
+  }
+}
+
 }  // namespace
 
 Scenario scenario_of(const SimulatedRun& run) {
   Scenario scenario = with_hook(make_scenario(run.preset, run.seed),
                                 {run.hook_radius_mm, run.hook_length_mm, run.hook_arcs_mm});
+  if (!run.coils_mm.empty()) place_coils(run.coils_mm, scenario.room.instruments.front());
   if (run.tip_coil_mm > 0) {
     scenario.room.instruments.front().coils.front().offset_from_tip_mm = run.tip_coil_mm;
   }

@@ -24,6 +24,7 @@ struct SimulatedRun {
   double hook_length_mm = 0;           ///< 0: see HookChoice
   std::vector<double> hook_arcs_mm{};  ///< the same, see HookChoice
   double tip_coil_mm = 0;              ///< from the tip to the first coil; 0: as the preset has it
+  std::vector<double> coils_mm{};  ///< from the tip to each coil, ascending; empty: as the preset has them
   double tip_stiffness = 0;    ///< of the bendable tip, as a multiple of the shaft's; 0: as the preset has it
   std::string panel{};         ///< what takes the pictures: see parse_panel(); empty: as the preset has it
   bool tells_marks = false;    ///< the described room says where the catheter's electrodes are
@@ -45,8 +46,8 @@ struct SimulatedRun {
 };
 
 /// The preset with what `run` changes; its room is the real one. Throws std::runtime_error for a vessel that
-/// cannot be used, and for a second view of a preset that has one, std::invalid_argument for mistakes and
-/// hooks that cannot be made.
+/// cannot be used, and for a second view of a preset that has one, std::invalid_argument for mistakes,
+/// hooks and coils that cannot be made.
 Scenario scenario_of(const SimulatedRun& run);
 
 /// The same room as sequence.toml describes it.

@@ -39,6 +39,7 @@ void RecursiveEstimator::reset() noexcept {
   agreement_.reset();
   state_.errors.reset();
   state_.gate.reset();
+  state_.loose_ends = {};
   state_.freedom.forget_surprises();
   state_.images.confirmed = MonotonicTime{};
   state_.images.is_ambiguous = false;
@@ -117,7 +118,8 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
                          &state_.images.rival,
                          room_.registered ? &agreement_ : nullptr,
                          &state_.gate.end_jumps(),
-                         &state_.common_jump};
+                         &state_.common_jump,
+                         &state_.loose_ends};
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, room_.T_world_em, estimate);
   write_coils(coils, shape, estimate);
@@ -127,7 +129,7 @@ void RecursiveEstimator::update(const Observation& observation, TubeEstimate& es
   const ImageVerdict standing = lost_tube_.standing(observation, shape_.images, &image_update_.views());
   judge(observation, coils,
         {!room_.cameras.empty(), room_.registered, shape_.converged, standing, agreement_.disagree(),
-         state_.images.is_ambiguous},
+         state_.images.is_ambiguous, state_.loose_ends.lost(shape_.time)},
         estimate);
 }
 
@@ -212,6 +214,7 @@ void RecursiveEstimator::update_coils(const EmFrame& frame, const EmHistory& his
   }
   state_.freedom.remember_used(freedom);
   state_.begun = em_update_.take(coils, state_);
+  state_.loose_ends.observe(coils, frame.measured);
   // Expected of a freer motion than usual it says nothing against the usual one.
   const CoilUpdate::Pull& pull = em_update_.pull();
   state_.freedom.adapt(was_jerk ? std::max(pull.chi_squared, pull.expected) : pull.chi_squared, pull.expected,
@@ -290,6 +293,7 @@ void RecursiveEstimator::learn_from(const ImageUpdate::Outcome& outcome, const O
   const CoilNoise& noise = state_.errors.noise();
   state_.errors.scale().observe(coils, noise, outcome.lines, beginning_.map().spline(), C,
                                 outcome.interval_s);
+  state_.loose_ends.observe(outcome.lines, observation.instant);
   agreement_.observe(
       coils,
       {observation.instant, beginning_.map().spline(), C, outcome.lines, StateMotion::speed_mm_s(state_)},
@@ -354,6 +358,9 @@ bool RecursiveEstimator::initialise(const Observation& observation, CoilObservat
   state_.begun = true;
   state_.bending_learnt = state_.tube.time;
   state_.gate.begin(coils, frame.measured, state_.tube.time);
+  state_.loose_ends.observe(coils, frame.measured);
+  state_.loose_ends.forget_images();
+  state_.loose_ends.observe(lines, observation.instant);
   state_.errors.place(instrument_, beginning_.map().spline(), state_.tube.C);
   shape_.covariance = beginning_.covariance_of(state_.tube.C, coils, lines);
   shape_.C = state_.tube.C;

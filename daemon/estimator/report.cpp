@@ -45,7 +45,9 @@ int judge_coils(const CoilObservations& coils, TubeEstimate& estimate) {
 bool judge_images(const Observation& observation, const Findings& findings, TubeEstimate& estimate) {
   if (!findings.uses_images || observation.fluoroscopy_off) {
     estimate.reasons.add(Reason::kImageOff);
-    return false;
+    const bool is_lost = findings.uses_images && findings.images == ImageVerdict::kLost;
+    if (is_lost) estimate.reasons.add(Reason::kImageLostTube);
+    return is_lost;
   }
   for (const ImageMeasurement* image : observation.images) {
     if (image != nullptr && image->origin != Origin::kDevice) {
@@ -76,6 +78,7 @@ bool judge_images(const Observation& observation, const Findings& findings, Tube
 
 constexpr double kLostMemory_s = 3;  // of which images showed the tube
 constexpr double kMostlyLost = 0.7;
+constexpr double kMoreThanHalf = 0.5;
 constexpr double kLostInOneFor_s = 10;  // of a camera that brings no further image
 
 }  // namespace
@@ -92,7 +95,9 @@ ImageVerdict LostTube::standing(const Observation& observation, ImageVerdict ima
     is_lost_ = lost_now || lost_share_ > kMostlyLost;
     if (views != nullptr) ask_each(*views, observation.instant, images);
   }
-  return is_lost_ || is_lost_in_one(observation.instant) ? ImageVerdict::kLost : images;
+  const bool is_lost = observation.fluoroscopy_off ? lost_share_ > kMoreThanHalf
+                                                   : is_lost_ || is_lost_in_one(observation.instant);
+  return is_lost ? ImageVerdict::kLost : images;
 }
 
 // A short piece takes nothing back by itself, but where the images together are believed it was confirmed.
@@ -168,6 +173,10 @@ void write_shape(const FoundShape& shape, const InstrumentDescription& instrumen
             shape.time);
       } else {
         covariance_mm2 += jumped_mm2;
+      }
+      if (shape.loose_ends != nullptr) {
+        covariance_mm2 += shape.loose_ends->square_mm2(
+            s_mm, Eigen::Map<Eigen::Vector3d>(point.p_world_mm.data()), shape.time);
       }
       if (shape.end_jumps != nullptr) {
         covariance_mm2 += shape.end_jumps->square_mm2(s_mm, shape.time);
@@ -285,6 +294,15 @@ void judge(const Observation& observation, const CoilObservations& coils, const 
   }
   if (has_shape && findings.em_image_disagree) {
     estimate.reasons.add(Reason::kEmImageDisagree);
+    doubtful = true;
+  }
+  if (has_shape && findings.lost_ends.tip) {
+    estimate.reasons.add(Reason::kTipNotSeen);
+    release_tip(coils.first_used_mm(), estimate);
+    doubtful = true;
+  }
+  if (has_shape && findings.lost_ends.tail) {
+    estimate.reasons.add(Reason::kImageLostTube);
     doubtful = true;
   }
   if (has_shape && findings.ambiguous) {

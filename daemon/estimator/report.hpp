@@ -5,6 +5,7 @@
 #include "daemon/estimator/coils/coil_observation.hpp"
 #include "daemon/estimator/coils/common_jump.hpp"
 #include "daemon/estimator/coils/end_jumps.hpp"
+#include "daemon/estimator/coils/loose_ends.hpp"
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/estimator/images/tube_views.hpp"
 #include "daemon/estimator/single_frame_solver.hpp"
@@ -31,6 +32,7 @@ struct FoundShape {
   // What these leave open adds to it; nullptr: nobody has looked.
   const EndJumps* end_jumps = nullptr;
   const CommonJump* common_jump = nullptr;
+  const LooseEnds* loose_ends = nullptr;
 };
 
 /// What the word of validity depends on.
@@ -41,11 +43,13 @@ struct Findings {
   ImageVerdict images = ImageVerdict::kNone;  ///< of this instant, or LostTube::standing()
   bool em_image_disagree = false;             ///< CoilImageAgreement::disagree()
   bool ambiguous = false;                     ///< MirrorTest::is_ambiguous()
+  LooseEnds::Lost lost_ends{};                ///< LooseEnds::lost()
 };
 
 /// That an image did not show the tube holds until one does, also for the shapes between images. What one
 /// camera contradicts another one does not make good: it sees no depth, and holds any shape along its rays.
-/// Called by the optimizer's thread.
+/// Where most images did not show it before fluoroscopy went off, that holds until it is on again: nobody has
+/// seen the shape. Called by the optimizer's thread.
 class LostTube {
  public:
   /// The verdict on the shape of this observation; `images` is what the images of its instant say together,

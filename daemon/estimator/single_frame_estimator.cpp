@@ -50,11 +50,13 @@ void SingleFrameEstimator::update(const Observation& observation, TubeEstimate& 
     // A tick's shape is of its newest measurement; the instant of an image is its exposure.
     shape_time_ = observation.is_image_instant ? observation.instant : frame->measured;
   }
+  const LooseEnds loose_ends = find_loose_ends(observation, coils, estimate.has_image);
   const FoundShape shape{.spline = &solver_.map().spline(),
                          .C = has_shape_ ? &solver_.C() : nullptr,
                          .covariance = has_covariance_ ? &solver_.map() : nullptr,
                          .time = shape_time_,
-                         .rival = &solver_.rival()};
+                         .rival = &solver_.rival(),
+                         .loose_ends = &loose_ends};
   write_shape(shape, instrument_, estimate);
   add_reference_error(frame, *observation.em, T_world_em_, estimate);
   write_coils(coils, shape, estimate);
@@ -62,10 +64,20 @@ void SingleFrameEstimator::update(const Observation& observation, TubeEstimate& 
   write_held_by_images(observation, views_, estimate);
   write_measurements(frame, views_.newest_exposure(), estimate);
   is_ambiguous_ = is_ambiguous_ && estimate.view_count > 0;
-  judge(observation, coils,
-        {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
-         lost_tube_.standing(observation, images, &views_), false, is_ambiguous_},
-        estimate);
+  judge(
+      observation, coils,
+      {settings_.mode != EstimatorMode::kEm, registered_, solver_.converged(),
+       lost_tube_.standing(observation, images, &views_), false, is_ambiguous_, loose_ends.lost(shape_time_)},
+      estimate);
+}
+
+// Of coils and images of this instant alone, as the shape is.
+LooseEnds SingleFrameEstimator::find_loose_ends(const Observation& observation, const CoilObservations& coils,
+                                                bool has_image) {
+  LooseEnds ends;
+  ends.observe(coils, shape_time_);
+  if (has_image) ends.observe(views_.constraints(observation, 1, true), shape_time_);
+  return ends;
 }
 
 }  // namespace tubed

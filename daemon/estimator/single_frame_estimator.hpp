@@ -20,6 +20,8 @@ class SingleFrameEstimator final : public RestShapedEstimator {
   [[nodiscard]] ImageNeed image_need() const noexcept override;
 
  private:
+  LooseEnds find_loose_ends(const Observation& observation, const CoilObservations& coils, bool has_image);
+
   EstimatorSettings settings_;
   InstrumentDescription instrument_;
   RigidTransform T_world_em_;

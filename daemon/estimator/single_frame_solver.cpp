@@ -96,6 +96,7 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
   const bool predicts = asked == Asked::kToBegin && map_.invert_at(coils, {}, nullptr, C_);
   const TubePrediction prediction{&C_em_, &map_.coefficient_covariance()};
   trace_tip(observation, coils, views, estimate);
+  trace_tail(observation, coils, views, estimate);
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
@@ -139,10 +140,10 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
     return;
   }
   const double loose_mm = coils.first_used_mm();
-  const int reach = std::clamp(static_cast<int>(settings_.image_search_px), 3, LineSearch::kMaxReach);
   bool led = false;
   trace_loose_tip(loose_mm, [&](double from_mm) {
-    if (!views.measure(observation, map_.spline(), C_, {reach, false, from_mm}, estimate)) {
+    if (!views.measure(observation, map_.spline(), C_,
+                       {.reach_px = first_reach_px(), .tip_is_held = false, .from_mm = from_mm}, estimate)) {
       return false;
     }
     const auto lines = views.constraints(observation, 1, true);
@@ -157,6 +158,34 @@ void SingleFrameSolver::trace_tip(const Observation& observation, const CoilObse
     soften_loose_tip(loose_mm, map_.spline().length_mm(), bending_);
     map_.set_bending(bending_);
   }
+}
+
+// The same of a long piece beyond the last coil, as far as it is in view. It is as stiff as elsewhere: it
+// bends as the vessel around it does, and no more.
+void SingleFrameSolver::trace_tail(const Observation& observation, const CoilObservations& coils,
+                                   TubeViews& views, TubeEstimate& estimate) {
+  constexpr double kPiece_mm = 16;
+  const double length_mm = map_.spline().length_mm();
+  double to_mm = coils.last_used_mm();
+  bool is_in_view = length_mm - to_mm > CoilObservations::kHolds_mm;
+  while (is_in_view && to_mm < length_mm) {
+    to_mm += kPiece_mm;
+    if (!views.measure(observation, map_.spline(), C_, {.reach_px = first_reach_px(), .to_mm = to_mm},
+                       estimate)) {
+      return;
+    }
+    const auto lines = views.constraints(observation, 1, true);
+    is_in_view = std::ranges::any_of(
+        lines, [to_mm](const ViewConstraints& view) { return view.shows(to_mm - kPiece_mm / 2); });
+    if (is_in_view) {
+      estimate.iterations += static_cast<std::uint32_t>(
+          map_.refine(coils, lines, nullptr, settings_.iterations, C_, converged_));
+    }
+  }
+}
+
+int SingleFrameSolver::first_reach_px() const {
+  return std::clamp(static_cast<int>(settings_.image_search_px), 3, LineSearch::kMaxReach);
 }
 
 bool SingleFrameSolver::has_loose_tip(const CoilObservations& coils) const {

@@ -73,6 +73,9 @@ class SingleFrameSolver {
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:
+  [[nodiscard]] int first_reach_px() const;
+  void trace_tail(const Observation& observation, const CoilObservations& coils, TubeViews& views,
+                  TubeEstimate& estimate);
   void trace_tip(const Observation& observation, const CoilObservations& coils, TubeViews& views,
                  TubeEstimate& estimate);
   void test_mirrored(const Observation& observation, const CoilObservations& coils, TubeViews& views,

@@ -8,6 +8,7 @@
 #include "daemon/estimator/coils/coil_gate.hpp"
 #include "daemon/estimator/coils/common_jump.hpp"
 #include "daemon/estimator/coils/lasting_coil_errors.hpp"
+#include "daemon/estimator/coils/loose_ends.hpp"
 #include "daemon/estimator/images/shape_judge.hpp"
 #include "daemon/estimator/motion_freedom.hpp"
 #include "daemon/estimator/tube_gaussian.hpp"
@@ -54,6 +55,7 @@ struct TubeState {
   LastingCoilErrors errors;
   CoilGate gate;
   CommonJump common_jump;
+  LooseEnds loose_ends;
   MotionFreedom freedom;
   TubeMotion::DriftVariances drift;
   Eigen::VectorXd bending;         ///< how much the tube bends, as TubeMap::set_bending() takes it

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "daemon/estimator/coils/coil_observation.hpp"
+#include "daemon/estimator/coils/loose_ends.hpp"
 #include "daemon/estimator/tip/rest_hook.hpp"
 
 namespace tubed {
@@ -114,6 +115,16 @@ NamedFinding examine(const InstrumentDescription& instrument, EstimatorMode mode
   if (tip.verdict != Verdict::kGood) {
     if (!stretches.empty()) tip.found += "; no coil is near " + words_of(stretches);
     return {name, tip};
+  }
+  const double beyond_mm = instrument.length_mm - instrument.coils.back().offset_from_tip_mm;
+  if (beyond_mm > CoilObservations::kHolds_mm) {
+    return {name,
+            {Verdict::kAdvice,
+             fmt::format("{:.0f} mm lie beyond the last coil: {}their end may be {:.0f} mm off, one standard "
+                         "deviation; no coil is near {}",
+                         beyond_mm, cameras > 0 ? "where no image shows them " : "",
+                         LooseEnds::bends_away_mm(beyond_mm), words_of(stretches)),
+             "mount a coil there, or say in length_mm how much of the catheter you need"}};
   }
   if (!stretches.empty()) {
     return {name,

@@ -131,9 +131,16 @@ void add_tip_options(CommandLine& verb, SimulatedRun& run) {
       .delimiter(',')
       .excludes(radius)
       .excludes(length);
-  verb.add_option("--tip-coil", run.tip_coil_mm,
-                  "The first coil lies so many mm behind the tip (default: as the preset has it, 10)")
-      .in_range(0.5, 60.0);
+  const Argument tip_coil =
+      verb.add_option("--tip-coil", run.tip_coil_mm,
+                      "The first coil lies so many mm behind the tip (default: as the preset has it, 10)")
+          .in_range(0.5, 60.0);
+  verb.add_option(
+          "--coils", run.coils_mm,
+          "Where all coils lie, MM,MM,..: mm from the tip, ascending, 16 at most (default: as the preset "
+          "has them, 10,90,170,270,370)")
+      .delimiter(',')
+      .excludes(tip_coil);
   verb.add_option("--tip-stiffness", run.tip_stiffness,
                   "Bending stiffness of the tip's last 50 mm, as a multiple of the shaft's (default: as the "
                   "preset has it, 0.5)")

@@ -63,6 +63,15 @@ double CoilObservations::first_used_mm() const {
   return std::isfinite(first_mm) ? first_mm : 0;
 }
 
+double CoilObservations::last_used_mm() const {
+  double last_mm = 0;
+  for (int i = 0; i < count; ++i) {
+    const CoilObservation& coil = coils[static_cast<std::size_t>(i)];
+    last_mm = coil.used() ? std::max(last_mm, coil.s_mm) : last_mm;
+  }
+  return last_mm;
+}
+
 bool CoilObservations::hold(double s_mm) const {
   return std::any_of(coils.begin(), coils.begin() + count, [s_mm](const CoilObservation& coil) {
     return coil.used() && std::abs(coil.s_mm - s_mm) <= kHolds_mm;

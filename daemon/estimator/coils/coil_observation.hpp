@@ -26,6 +26,8 @@ struct CoilObservations {
   [[nodiscard]] int used_count() const;
   /// Arc length of the first one that takes part, mm from the tip; 0 when none does.
   [[nodiscard]] double first_used_mm() const;
+  /// The same of the last one.
+  [[nodiscard]] double last_used_mm() const;
   /// Does one that takes part lie within kHolds_mm of this place on the tube, mm from the tip?
   [[nodiscard]] bool hold(double s_mm) const;
   /// So far along the tube a coil says about as well where it is as at itself: bending moves it by

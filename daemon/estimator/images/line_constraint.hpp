@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "daemon/image/seen_tube.hpp"
 #include "idl/geometry/camera.hpp"
 
 namespace tubed {
@@ -28,6 +29,7 @@ struct ViewConstraints {
   /// Where the greys along the tube step, at s = 0: nothing for a solver, which has the end of the ridge
   /// among its lines, but for whoever compares coils and image. Nothing where they do not step.
   std::optional<LineConstraint> end_by_greys{};
+  const SeenTube* seen = nullptr;  ///< along which stretches the image shows the tube; nullptr: nobody asked
 
   static constexpr double kNearest_mm = 5;
   /// Is a line within kNearest_mm of the place s along the tube?

@@ -29,6 +29,16 @@ int leave_out_before(double from_mm, const LineLayout& layout, CorrespondenceLin
   return left_out;
 }
 
+int leave_out_beyond(double to_mm, const LineLayout& layout, CorrespondenceLines& lines) {
+  int left_out = 0;
+  for (int i = layout.count - 1; i >= 0 && layout.s_mm(i) > to_mm; --i) {
+    CorrespondenceLine& line = lines[static_cast<std::size_t>(i)];
+    left_out += line.in_view ? 1 : 0;
+    line.in_view = false;
+  }
+  return left_out;
+}
+
 std::optional<bool> misses_tip(const CorrespondenceLines& lines, const LineLayout& layout) {
   int asked = 0;
   int agreeing = 0;

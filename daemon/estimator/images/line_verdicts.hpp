@@ -13,6 +13,9 @@ namespace tubed {
 /// view.
 int leave_out_before(double from_mm, const LineLayout& layout, CorrespondenceLines& lines);
 
+/// The same of lines more than `to_mm` from the tip.
+int leave_out_beyond(double to_mm, const LineLayout& layout, CorrespondenceLines& lines);
+
 /// Do most lines of the tube's last 16 mm disagree? Nothing: fewer than 4 of them are in view.
 std::optional<bool> misses_tip(const CorrespondenceLines& lines, const LineLayout& layout);
 

@@ -110,6 +110,7 @@ bool TubeViews::measure(const Observation& observation, const UniformCubicBSplin
       predict_lines(view.camera, spline, *search.prediction, layout_, lines_);
     }
     in_view -= leave_out_before(search.from_mm, layout_, lines_);
+    in_view -= leave_out_beyond(search.to_mm, layout_, lines_);
     if (observation.on_demand[v] != nullptr) {
       filter_around_lines(*observation.on_demand[v], *image, areas_[v], search.reach_px);
     }
@@ -270,7 +271,8 @@ std::span<const ViewConstraints> TubeViews::constraints(const Observation& obser
       view.aged[i].variance_px2 =
           view.measured[i].variance_px2 * variance_factor + drift_px * drift_px * settings_.image_temper;
     }
-    gathered_[gathered++] = {&view.camera, view.aged.data(), view.count, view.pose_sigma, view.end_by_greys};
+    gathered_[gathered++] = {&view.camera,    view.aged.data(),  view.count,
+                             view.pose_sigma, view.end_by_greys, &view.seen};
   }
   return {gathered_.data(), gathered};
 }

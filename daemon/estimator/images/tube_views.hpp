@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -40,6 +41,7 @@ struct TubeSearch {
   /// By who knows from images before where the tube is. Who begins has no better than a ridge, and the bounds
   /// of comparisons between shapes are set for ridges at their full height.
   LineSearch::Among among = LineSearch::Among::kTubes;
+  double to_mm = std::numeric_limits<double>::infinity();  ///< as from_mm: nothing beyond it is looked for
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.

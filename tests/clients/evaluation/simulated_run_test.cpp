@@ -51,6 +51,27 @@ TEST(SimulatedRun, MistakesThatLeaveThePicturesAloneAreMadeFromTheFolderWithoutT
   EXPECT_EQ(made.truth.back().points_world_mm, mistaken.truth.back().points_world_mm);
 }
 
+TEST(SimulatedRun, CoilsLieWhereTheyAreAskedFor) {
+  SimulatedRun run = run_with({});
+  run.coils_mm = {5, 45.5, 100};
+  const Sequence sequence = written(run, "coils");
+  const auto& coils = sequence.room.instruments.front().coils;
+  ASSERT_EQ(coils.size(), 3U);
+  EXPECT_EQ(coils[1].offset_from_tip_mm, 45.5);
+  EXPECT_EQ(coils[2].sensor, 3);
+  ASSERT_FALSE(sequence.measurements.empty());
+  EXPECT_EQ(sequence.measurements.front().coil_count, 3);
+}
+
+TEST(SimulatedRun, CoilsThatCannotBeAreRefused) {
+  for (const std::vector<double>& coils_mm :
+       {std::vector<double>{50, 10}, {10, 10}, {-1, 20}, {10, 4000}, std::vector<double>(17, 1)}) {
+    SimulatedRun run = run_with({});
+    run.coils_mm = coils_mm;
+    EXPECT_THROW((void)scenario_of(run), std::invalid_argument);
+  }
+}
+
 TEST(SimulatedRun, ASecondViewOfAPresetWithOneIsRefusedWithThePresetsThatHaveTwo) {
   std::string two;
   for (const std::string& preset : preset_names()) {

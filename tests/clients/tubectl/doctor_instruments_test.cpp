@@ -43,14 +43,27 @@ TEST(DoctorInstruments, CoilsSixtyMillimetresApartHoldEverything) {
 // The paper's catheter: 8, 94, 174 and 274 mm.
 TEST(DoctorInstruments, StretchesBetweenCoilsAndBehindTheLastOneAreNamed) {
   const Finding finding = finding_of(room_with({8, 94, 174, 274}));
-  EXPECT_EQ(finding.verdict, Verdict::kNote);
   EXPECT_TRUE(contains(finding.found, "38 to 64 mm, 124 to 144 mm, 204 to 244 mm, 304 to 380 mm"))
       << finding.found;
+}
+
+TEST(DoctorInstruments, WhereOnlyStretchesBetweenCoilsAreLongThatIsANote) {
+  const Finding finding = finding_of(room_with({8, 94, 174, 274, 360}));
+  EXPECT_EQ(finding.verdict, Verdict::kNote);
   EXPECT_TRUE(contains(finding.found, "out of view")) << finding.found;
 }
 
+TEST(DoctorInstruments, ALongPieceBeyondTheLastCoilIsAnAdvice) {
+  const Finding finding = finding_of(room_with({8, 60, 110}));
+  EXPECT_EQ(finding.verdict, Verdict::kAdvice);
+  EXPECT_TRUE(contains(finding.found, "270 mm lie beyond the last coil: where no image shows them"))
+      << finding.found;
+  EXPECT_TRUE(contains(finding.found, "may be 422 mm off")) << "(270 - 10)^2 / 160";
+  EXPECT_TRUE(contains(finding.advice, "length_mm")) << finding.advice;
+}
+
 TEST(DoctorInstruments, WithoutACameraNothingElseHolds) {
-  const Finding finding = finding_of(room_with({8, 94, 174, 274}, 0));
+  const Finding finding = finding_of(room_with({8, 94, 174, 274, 360}, 0));
   EXPECT_TRUE(contains(finding.found, "nothing holds the tube there")) << finding.found;
   EXPECT_FALSE(contains(finding.found, "view")) << finding.found;
 }

@@ -154,6 +154,29 @@ TEST(LostTube, ShapesBetweenImagesAndImagesThatSayNothingKeepTheVerdict) {
   EXPECT_EQ(images.see(ImageVerdict::kNone, 30), ImageVerdict::kLost);
 }
 
+TEST(LostTube, WhereMostImagesDidNotShowItNothingIsMadeGoodByFluoroscopyThatGoesOff) {
+  SeenImages images;
+  images.see(ImageVerdict::kShowsTube, 50);
+  images.see(ImageVerdict::kLost, 10);
+  Observation off;
+  off.instant = off.now = images.now + milliseconds(500);
+  off.fluoroscopy_off = true;
+  EXPECT_EQ(images.lost_tube.standing(off, ImageVerdict::kNone), ImageVerdict::kNone) << "for a second";
+  images.see(ImageVerdict::kLost, 50);
+  off.instant = off.now = images.now + std::chrono::minutes(5);
+  EXPECT_EQ(images.lost_tube.standing(off, ImageVerdict::kNone), ImageVerdict::kLost);
+  const auto reasons_of = [&](ImageVerdict verdict) {
+    const auto history = std::make_unique<EmHistory>();
+    const auto estimate = std::make_unique<TubeEstimate>();
+    off.em = history.get();
+    judge(off, CoilObservations{}, {.uses_images = true, .images = verdict}, *estimate);
+    return estimate->reasons;
+  };
+  EXPECT_FALSE(reasons_of(ImageVerdict::kNone).has(Reason::kImageLostTube));
+  EXPECT_TRUE(reasons_of(ImageVerdict::kLost).has(Reason::kImageLostTube));
+  EXPECT_TRUE(reasons_of(ImageVerdict::kLost).has(Reason::kImageOff));
+}
+
 /// Of images the newest of which was used, or left out because the view has moved, that long ago.
 bool is_image_stale(milliseconds used_ago, milliseconds left_out_ago, bool geometry_changed) {
   const auto history = std::make_unique<EmHistory>();
