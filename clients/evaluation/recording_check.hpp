@@ -29,9 +29,13 @@ RecordingFinding check_coil_directions(const Sequence& sequence);
 /// Whether coils lie further apart than their arc lengths allow. Of the measurements alone.
 RecordingFinding check_coil_distances(const Sequence& sequence);
 
-/// All checks in the order in which mistakes hide each other: coils, the tube in the images, their polarity
-/// and mirroring of the images, then whether coils and images agree over the whole recording, and whether the
-/// view moved. Throws SequenceError for an image that cannot be read.
+/// Does any coil lie where a camera sees it, in any measurement? Of every twentieth.
+bool is_any_coil_in_view(const Sequence& sequence);
+
+/// All checks in the order in which mistakes hide each other: coils, the tube in the images, the
+/// room's poses where they do not show it, polarity and mirroring of the images, then whether coils and
+/// images agree over the whole recording, and whether the view moved. Throws SequenceError for an image that
+/// cannot be read.
 std::vector<RecordingFinding> check_recording(const ConfiguredSequence& run, const OnCheckProgress& progress);
 
 }  // namespace tubed

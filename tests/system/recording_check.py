@@ -52,7 +52,9 @@ def operators_mistakes_are_named(bed):
     check(findings["polarity"]["verdict"] == "fine", f"{findings['polarity']}")
     for name, pattern, replacement, what, words in (
             ("registration", r"T_world_em = .*", "T_world_em = [[1,0,0,12],[0,1,0,-9],[0,0,1,0],[0,0,0,1]]", "tube in images", "registration"),
-            ("magnification", r"(f[xy]) = 2000.0", r"\1 = 2300.0", "coils and images", "focal length of camera A")):
+            ("magnification", r"(f[xy]) = 2000.0", r"\1 = 2300.0", "coils and images", "focal length of camera A"),
+            ("inverse", r"T_camera_world = .*", "T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,-1200],[0,0,0,1]]", "poses", "T_camera_world takes the world"),
+            ("metres", r"T_camera_world = .*", "T_camera_world = [[1,0,0,0],[0,1,0,0],[0,0,1,1.2],[0,0,0,1]]", "poses", "multiply it by 1000")):
         findings, wrong = findings_of(bed, with_mistake(bed, name, pattern, replacement))
         say(f"{name}: {wrong}, {findings[what]['evidence']}: {findings[what]['advice']}")
         check(what in wrong and words in findings[what]["advice"], f"{name} is not named: {findings}")
