@@ -25,7 +25,8 @@ double moved_mm(MonotonicTime since, MonotonicTime now) {
 }  // namespace
 
 double LooseEnds::bends_away_mm(double distance_mm) {
-  return squared(std::max(distance_mm - kStiff_mm, 0.0)) / (2 * kRadius_mm);
+  const double bent_mm = std::max(distance_mm - kStiff_mm, 0.0);
+  return std::min(squared(bent_mm) / (2 * kRadius_mm), bent_mm);
 }
 
 void LooseEnds::observe(const CoilObservations& coils, MonotonicTime time) {

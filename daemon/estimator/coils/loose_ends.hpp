@@ -17,8 +17,8 @@ namespace tubed {
 /// while ago holds but for how far the tube may have moved since. Copied with the state; never allocates.
 class LooseEnds {
  public:
-  /// Standard deviation across the tube at that distance from the nearest coil, mm: d^2 / 2R, beyond what the
-  /// shape's own covariance is enough for.
+  /// Standard deviation across the tube at that distance from the nearest coil, mm: d^2 / 2R beyond what the
+  /// shape's own covariance is enough for, d at most.
   static double bends_away_mm(double distance_mm);
 
   /// Takes the coils that take part, measured at `time`.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <initializer_list>
@@ -25,7 +26,9 @@ CoilObservations coils_that_are_used(std::initializer_list<std::size_t> used) {
   return coils;
 }
 
-double bends_away_mm(double distance_mm) { return (distance_mm - 10) * (distance_mm - 10) / (2 * 80); }
+double bends_away_mm(double distance_mm) {
+  return std::min((distance_mm - 10) * (distance_mm - 10) / (2 * 80), distance_mm - 10);
+}
 
 class LooseEndsTest : public ::testing::Test {
  protected:
@@ -64,6 +67,7 @@ TEST_F(LooseEndsTest, BeyondThemTheTubeMayBendToAnySide) {
   hear({0, 1, 2});
   EXPECT_TRUE(sigma_mm(0).isApproxToConstant(bends_away_mm(60), 1e-9));
   EXPECT_TRUE(sigma_mm(310).isApproxToConstant(bends_away_mm(90), 1e-9));
+  EXPECT_TRUE(sigma_mm(220 + 300).isApproxToConstant(300 - 10, 1e-9)) << "no further than it is long";
 }
 
 TEST_F(LooseEndsTest, ACoilThatIsMissingHoldsItsPlaceForAWhile) {
