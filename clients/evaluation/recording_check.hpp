@@ -29,7 +29,8 @@ RecordingFinding check_coil_directions(const Sequence& sequence);
 /// Whether coils lie further apart than their arc lengths allow. Of the measurements alone.
 RecordingFinding check_coil_distances(const Sequence& sequence);
 
-/// Does any coil lie where a camera sees it, in any measurement? Of every twentieth.
+/// Does any coil lie where a camera sees it, in any measurement? Of every twentieth. Where images say
+/// themselves how their view stood that is not known, and may be.
 bool is_any_coil_in_view(const Sequence& sequence);
 
 /// All checks in the order in which mistakes hide each other: coils, the tube in the images, the

@@ -6,9 +6,9 @@ namespace tubed {
 
 namespace {
 
-constexpr double kMaxMetres = 10;      // a translation that is longer is not in metres
-constexpr double kNotMoved_mm = 1e-6;  // two transforms are one
-constexpr double kMillimetresInOne = 1000;
+constexpr double kMax_m = 10;   // a translation that is longer is not in metres
+constexpr double kSame = 1e-6;  // relative difference of two transforms that are one
+constexpr double kMillimetresInMetre = 1000;
 
 /// Where all cameras stand after `change`.
 template <typename Change>
@@ -23,13 +23,13 @@ RoomDescription with_registration(RoomDescription room, const RigidTransform& T_
 }
 
 RigidTransform in_millimetres(RigidTransform metres) {
-  metres.translation() *= kMillimetresInOne;
+  metres.translation() *= kMillimetresInMetre;
   return metres;
 }
 
 bool may_be_metres(const RigidTransform& transform) {
-  const double length = transform.translation().norm();
-  return length > 0 && length < kMaxMetres;
+  const double length_m = transform.translation().norm();
+  return length_m > 0 && length_m < kMax_m;
 }
 
 /// Of a camera that looks along -z, with y up.
@@ -38,9 +38,9 @@ RigidTransform from_graphics(const RigidTransform& T_camera_world) {
 }
 
 bool are_the_same(const RoomDescription& a, const RoomDescription& b) {
-  bool same = a.T_world_em.isApprox(b.T_world_em, kNotMoved_mm);
+  bool same = a.T_world_em.isApprox(b.T_world_em, kSame);
   for (std::size_t i = 0; i < a.cameras.size(); ++i) {
-    same = same && a.cameras[i].T_camera_world.isApprox(b.cameras[i].T_camera_world, kNotMoved_mm);
+    same = same && a.cameras[i].T_camera_world.isApprox(b.cameras[i].T_camera_world, kSame);
   }
   return same;
 }
@@ -62,9 +62,8 @@ std::vector<RoomReading> other_readings(const RoomDescription& room) {
       "T_camera_world takes the world to the camera: configure the inverse of what is there",
       with_cameras(room, inverse));
   const std::string axes =
-      "the camera's z axis points along its rays into the scene, x and y along the image's columns and rows: "
-      "turn "
-      "T_camera_world by 180 degrees about x";
+      "the camera's z axis points along its rays into the scene, x and y along the image's columns and "
+      "rows: turn T_camera_world by 180 degrees about x";
   add("with cameras that look along -z", axes, with_cameras(room, from_graphics));
   add("with the inverse of T_camera_world, and cameras that look along -z",
       "configure the inverse, and " + axes,

@@ -9,9 +9,9 @@ namespace tubed {
 namespace {
 
 constexpr int kLinesAround = 2;
-constexpr int kLinesAhead = 10;  // without a gap: so many of the next ten agree
-constexpr int kMinAgreeingAhead = 7;
-constexpr double kLost_mm = 30;  // of which most do not show a tube
+constexpr int kLinesAhead = 10;       // there is no gap before them if
+constexpr int kMinAgreeingAhead = 7;  // so many of them agree
+constexpr double kLost_mm = 30;       // of which most do not show a tube
 
 }  // namespace
 

@@ -102,6 +102,8 @@ TEST(RecordingCheck, ACoilIsInViewWhereACameraSeesIt) {
   CameraCalibration& camera = sequence.room.cameras.front();
   camera.T_camera_world = camera.T_camera_world.inverse();
   EXPECT_FALSE(is_any_coil_in_view(sequence)) << "behind the camera";
+  sequence.frames.emplace_back().geometry.emplace();
+  EXPECT_TRUE(is_any_coil_in_view(sequence)) << "an image says how its view stood";
 }
 
 }  // namespace
