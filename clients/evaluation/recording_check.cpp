@@ -279,6 +279,9 @@ std::vector<RecordingFinding> check_recording(const ConfiguredSequence& run,
   findings.push_back(check_polarity(polarity));
   progress("reading mirrored images");
   findings.push_back(check_mirrored(read, polarity.stated));
+  progress("looking for averaged images");
+  const std::vector<RecordingFinding> averaging = check_averaging(run.sequence);
+  findings.insert(findings.end(), averaging.begin(), averaging.end());
   progress("going through the whole recording");
   check_agreement(run, findings);
   return findings;

@@ -33,10 +33,14 @@ RecordingFinding check_coil_distances(const Sequence& sequence);
 /// themselves how their view stood that is not known, and may be.
 bool is_any_coil_in_view(const Sequence& sequence);
 
+/// Whether images were averaged over time by their console: a finding a camera where they were. Throws
+/// SequenceError for an image that cannot be read.
+std::vector<RecordingFinding> check_averaging(const Sequence& sequence);
+
 /// All checks in the order in which mistakes hide each other: coils, the tube in the images, the
-/// room's poses where they do not show it, polarity and mirroring of the images, then whether coils and
-/// images agree over the whole recording, and whether the view moved. Throws SequenceError for an image that
-/// cannot be read.
+/// room's poses where they do not show it, polarity, mirroring and averaging of the images, then whether
+/// coils and images agree over the whole recording, and whether the view moved. Throws SequenceError for an
+/// image that cannot be read.
 std::vector<RecordingFinding> check_recording(const ConfiguredSequence& run, const OnCheckProgress& progress);
 
 }  // namespace tubed

@@ -297,8 +297,8 @@ std::vector<SequenceMeasurement> simulated_measurements(const SimulatedRun& run,
 
 bool changes_pictures(const SimulatedRun& run) {
   const RoomMistakes mistakes = parse_mistakes(run.mistakes);
-  return mistakes.inverts || mistakes.mirrors || run.swing_deg != 0 || run.pan_mm != 0 || run.turn_deg != 0 ||
-         run.zoom != 1;
+  return mistakes.inverts || mistakes.mirrors || mistakes.averaging > 0 || run.swing_deg != 0 ||
+         run.pan_mm != 0 || run.turn_deg != 0 || run.zoom != 1;
 }
 
 Sequence with_mistakes(Sequence clean, const SimulatedRun& run, const Scenario& scenario) {

@@ -271,7 +271,7 @@ ImageVerdict RecursiveEstimator::update_image(const Observation& observation, co
     const auto agreeing = estimate.image_inlier_ratio;
     verdict = judge_.judge(observation,
                            {state_.tube.C, beginning_.map(), image_update_.views(), agreeing, coils,
-                            state_.gate, state_.newest_em},
+                            state_.gate, state_.newest_em, state_.loose_ends.lost(observation.instant).tail},
                            state_.doubt);
   } else {
     state_.doubt.clear();

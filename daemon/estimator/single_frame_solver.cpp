@@ -96,17 +96,18 @@ ImageVerdict SingleFrameSolver::fuse_images(const Observation& observation, cons
   const bool predicts = asked == Asked::kToBegin && map_.invert_at(coils, {}, nullptr, C_);
   const TubePrediction prediction{&C_em_, &map_.coefficient_covariance()};
   trace_tip(observation, coils, views, estimate);
-  trace_tail(observation, coils, views, estimate);
+  if (asked != Asked::kSecondOpinion) trace_tail(observation, coils, views, estimate);
+  const bool is_second = asked == Asked::kSecondOpinion || asked == Asked::kSecondOpinionOnTail;
   for (const int divisor : kRoundDivisors) {
     const int reach =
         std::clamp(static_cast<int>(settings_.image_search_px) / divisor, 3, LineSearch::kMaxReach);
-    const bool looked = views.measure(
-        observation, map_.spline(), C_,
-        {.reach_px = reach,
-         .tip_is_held = loose_tip_mm(coils, rest_) == 0,
-         .prediction = predicts ? &prediction : nullptr,
-         .among = asked == Asked::kSecondOpinion ? LineSearch::Among::kNoise : LineSearch::Among::kTubes},
-        estimate);
+    const bool looked =
+        views.measure(observation, map_.spline(), C_,
+                      {.reach_px = reach,
+                       .tip_is_held = loose_tip_mm(coils, rest_) == 0,
+                       .prediction = predicts ? &prediction : nullptr,
+                       .among = is_second ? LineSearch::Among::kNoise : LineSearch::Among::kTubes},
+                      estimate);
     const auto lines = views.constraints(observation, 1, false);
     if (!lines.empty()) {
       estimate.iterations += static_cast<std::uint32_t>(

@@ -21,6 +21,7 @@ enum class Asked {
   kOnce,           ///< nothing else will be asked of them: what they show is believed
   kToBegin,        ///< a piece of tube so short that chance may agree with it can wait for the next images
   kSecondOpinion,  ///< so can it here; which ridge is the tube's the images alone say
+  kSecondOpinionOnTail,  ///< and the far end is followed again
 };
 
 /// One an estimator; called by the optimizer thread only. Memory is taken in the constructor.

@@ -134,6 +134,9 @@ ImageRejection ImageDoor::take_pixels(const ImageFrame& frame, ImageMeasurement&
   if (sizeof(Pixel) == 2 && !finder_.is_known()) {
     finder_.look_at(frame.pixels, frame.width, frame.height, std::max(kMinSquare_px, 2 * binning_));
   }
+  if (camera_.time_averaging == TimeAveraging::kUndo) {
+    undo_averaging(white, measurement);
+  }
   if (is_linear()) {
     take_logarithms(white, measurement);
   }
@@ -191,6 +194,15 @@ ImageDoor::GreyRange ImageDoor::average(const ImageFrame& frame, ImageMeasuremen
   measurement.darkest = share * static_cast<float>(min_sum);
   measurement.brightest = share * static_cast<float>(max_sum);
   return {static_cast<float>(least), static_cast<float>(greatest)};
+}
+
+void ImageDoor::undo_averaging(float white, ImageMeasurement& measurement) {
+  averaging_.look_at(measurement.grey, measurement.exposure, 1.0 / binning_);
+  if (averaging_.filter().any()) {
+    undoing_.undo(averaging_.filter(), averaging_.exposures_between(), white, measurement);
+  } else {
+    undoing_.forget();
+  }
 }
 
 void ImageDoor::take_logarithms(float white, ImageMeasurement& measurement) {

@@ -4,6 +4,7 @@
 #include "daemon/image/detector_response.hpp"
 #include "daemon/image/image_measurement.hpp"
 #include "daemon/image/measured_view.hpp"
+#include "daemon/image/temporal_filter.hpp"
 #include "idl/geometry/camera.hpp"
 
 namespace tubed {
@@ -18,13 +19,16 @@ class ImageDoor {
       : camera_(std::move(camera)),
         binning_(binning),
         configured_(static_cast<float>(camera_.white_level)),
-        sums_(static_cast<std::size_t>(camera_.width / binning * binning)) {}
+        sums_(static_cast<std::size_t>(camera_.width / binning * binning)),
+        averaging_(camera_.width / binning, camera_.height / binning),
+        undoing_(camera_.width / binning, camera_.height / binning) {}
 
   /// `white_level`: grey value of a pixel that is saturated. 0: learnt. A detector of 10, 12 or 14 bits that
   /// delivers words of 16 saturates far below the greatest word; until one of its pixels was brighter, its
   /// white level is taken for the least of 255, 1023, 4095, 16383 and 65535 that no pixel has passed.
   explicit ImageDoor(double white_level = 0) : configured_(static_cast<float>(white_level)) {
     camera_.response = DetectorResponse::kLog;
+    camera_.time_averaging = TimeAveraging::kKeep;
   }
 
   /// From here on an image without a geometry of its own was taken with this one instead of the one given at
@@ -38,7 +42,9 @@ class ImageDoor {
   /// brightest and the geometry of what was copied, and says whether they can be used: size as configured, a
   /// geometry where one is required and none that cannot be (refusal_of()), not bit by bit equal to the image
   /// before, not saturated (more than half of the pixels at the white level), not even (spread of less than a
-  /// 255th of the white level). A linear detector's are copied as logarithms: see LogTable.
+  /// 255th of the white level). What a console has averaged over time is taken apart again, unless the
+  /// camera keeps it: see TemporalFilterFinder. A linear detector's are copied as logarithms: see LogTable.
+  /// `measurement` says when it was exposed.
   ImageRejection take(const ImageFrame& frame, ImageMeasurement& measurement);
 
   /// What is wrong with the geometry of the newest image that was refused for it.
@@ -46,6 +52,9 @@ class ImageDoor {
 
   /// Of images like the last one; 0 before the first of a door that learns.
   [[nodiscard]] float white_level() const { return configured_ > 0 ? configured_ : learnt_; }
+
+  /// What is of earlier images in each image, and is undone.
+  [[nodiscard]] const TemporalFilter& averaging() const { return averaging_.filter(); }
 
   /// Are grey values intensities, of which the logarithm is taken? With response "auto" as the newest image
   /// of 16-bit words showed that could show it first; of images of 8 bits never.
@@ -64,6 +73,7 @@ class ImageDoor {
   ImageRejection take_geometry(const ImageFrame& frame, ImageMeasurement& measurement);
   template <typename Pixel>
   ImageRejection take_pixels(const ImageFrame& frame, ImageMeasurement& measurement);
+  void undo_averaging(float white, ImageMeasurement& measurement);
   void take_logarithms(float white, ImageMeasurement& measurement);
   template <typename Pixel>
   GreyRange copy(const ImageFrame& frame, ImageMeasurement& measurement);
@@ -81,6 +91,8 @@ class ImageDoor {
   ResponseFinder finder_;
   LogTable logs_;
   std::vector<std::uint32_t> sums_;  ///< scratch: of each column of a row of squares
+  TemporalFilterFinder averaging_{0, 0};
+  TemporalFilterInverse undoing_{0, 0};
 };
 
 }  // namespace tubed

@@ -78,6 +78,11 @@ const std::vector<MistakeKind>& mistake_kinds() {
          m.field_jump_mm = v[0];
          if (v.size() > 1) m.field_jump_s = v[1];
        }},
+      {"averaging",
+       {{"SHARE", 0, 0.9}},
+       "the console averages its pictures over time: so much of the one before stays in each, and what moves "
+       "lags behind",
+       [](M& m, const Values& v) { m.averaging = v[0]; }},
       {"polarity",
        {},
        "pictures come as negatives: the catheter is bright",

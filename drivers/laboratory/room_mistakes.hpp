@@ -27,6 +27,7 @@ struct RoomMistakes {
   double clock_ms = 0;  ///< by which stamps of images are late against those of coils
   double field_jump_mm = 0;  ///< greatest displacement, in the working volume, by the field that comes anew
   std::optional<double> field_jump_s;  ///< when; nothing: half way through
+  double averaging = 0;                ///< share of the pictures before that stays in each picture
   bool inverts = false;                ///< pictures come as negatives
   bool mirrors = false;                ///< rows of pictures come from right to left
   bool reverses_coils = false;  ///< sensors are plugged in, or their arc lengths written, in reverse order

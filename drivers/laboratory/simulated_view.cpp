@@ -70,10 +70,13 @@ RadiographRod rod_of(const InstrumentDescription& instrument, const Scenario& sc
   return rod;
 }
 
-RadiographSettings settings_of(const Scenario& scenario) {
+RadiographSettings settings_of(const Scenario& scenario, const RoomMistakes& mistakes) {
   RadiographSettings settings;
   settings.detector.lag = scenario.detector_lag;
   settings.console = scenario.console;
+  if (mistakes.averaging > 0) {
+    settings.console.recursive_share = mistakes.averaging;
+  }
   const ClutterStates& clutter = scenario.clutter;
   if (clutter.heart_beat || clutter.breathing) {
     add_motion(settings);
@@ -114,7 +117,7 @@ SimulatedView::SimulatedView(const CameraCalibration& camera, const SimulatedWor
   if (body == nullptr) {
     body = std::make_shared<const AttenuationVolume>(body_of(world));
   }
-  settings_ = std::make_unique<const RadiographSettings>(settings_of(*scenario));
+  settings_ = std::make_unique<const RadiographSettings>(settings_of(*scenario, world.mistakes()));
   radiograph_ = std::make_unique<Radiograph>(camera, *body, *settings_, seed);
   if (world.view_motion().moves_at_all() || pan == PanOnRequest::kYes) {
     body_ = std::move(body);

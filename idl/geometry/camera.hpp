@@ -32,6 +32,12 @@ enum class DetectorResponse {
   kLog,     ///< its logarithm, or whatever a console shows: used as it is
 };
 
+/// What is done about images that a console averages over time.
+enum class TimeAveraging {
+  kUndo,  ///< found from the noise of its images, and undone
+  kKeep,  ///< nothing
+};
+
 /// Calibration of one view, as configuration and sequence folders give it.
 struct CameraCalibration {
   std::string name;
@@ -43,6 +49,7 @@ struct CameraCalibration {
   RigidTransform T_camera_world = RigidTransform::Identity();
   double white_level = 0;  ///< grey value of a saturated pixel of its detector; 0: not known
   DetectorResponse response = DetectorResponse::kAuto;
+  TimeAveraging time_averaging = TimeAveraging::kUndo;
   int binning =
       0;  ///< squares of so many pixels a side are measured as one: 1, 2, 4, 8; 0: by the tube's width
   int averaged = 1;  ///< each of its pixels is such a square of the detector's already, so many a side
@@ -119,6 +126,10 @@ inline BoundKeys<CameraCalibration> camera_image_keys() {
           "what grey values are of the X-rays. linear: their intensity, of which the logarithm is taken; "
           "log: a logarithm, or as a console shows it; auto: found from the noise of images of more "
           "than 8 bits"),
+      key::word("time_averaging", &S::time_averaging,
+                {{TimeAveraging::kUndo, "undo"}, {TimeAveraging::kKeep, "keep"}},
+                "consoles average images over time, and what moves lags. undo: how much is found from the "
+                "noise of the images, and taken out again; keep: images are measured as they come"),
       key::word("binning", &S::binning, {{0, "auto"}, {1, "1"}, {2, "2"}, {4, "4"}, {8, "8"}},
                 "squares of so many pixels a side are measured as one; auto: as many as make the tube 3.5 to "
                 "7 px wide, 1 where it is narrower"),

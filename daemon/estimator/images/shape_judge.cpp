@@ -115,10 +115,10 @@ int ShapeJudge::coils_of_a_snap(const Observation& observation, const ShownShape
 bool ShapeJudge::is_better_alone(const Observation& observation, const ShownShape& shown,
                                  const CoilObservations& coils, double distance) {
   CoilObservations alone = coils;
+  const Asked asked = shown.lost_tail ? Asked::kSecondOpinionOnTail : Asked::kSecondOpinion;
   views_.forget_lines();  // of older instants
   return solver_.solve_em(alone, *found_) &&
-         solver_.fuse_images(observation, alone, views_, Asked::kSecondOpinion, *found_) ==
-             ImageVerdict::kShowsTube &&
+         solver_.fuse_images(observation, alone, views_, asked, *found_) == ImageVerdict::kShowsTube &&
          found_->image_inlier_ratio >= static_cast<float>(kSeenAsWell) * shown.agreeing &&
          this->distance(coils, shown.map, solver_.C()) < distance;
 }

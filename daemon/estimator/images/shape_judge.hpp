@@ -34,6 +34,7 @@ struct ShownShape {
   const CoilObservations& coils;
   const CoilGate& gate;
   MonotonicTime newest_em;
+  bool lost_tail = false;  ///< its far end, which no coil holds, is not where the images show one
 };
 
 /// Images may lead the shape along something else, a little each time, and the errors of the coils grow with

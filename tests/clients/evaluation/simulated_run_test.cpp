@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string>
+
+#include "clients/evaluation/recording_check.hpp"
 
 namespace tubed {
 namespace {
@@ -87,9 +90,34 @@ TEST(SimulatedRun, ASecondViewOfAPresetWithOneIsRefusedWithThePresetsThatHaveTwo
   }
 }
 
+TEST(SimulatedRun, AConsoleThatAveragesItsPicturesIsFoundInThem) {
+  SimulatedRun run = run_with({"averaging=0.6"});
+  run.every = 40;
+  const std::vector<RecordingFinding> found = check_averaging(written(run, "averaging"));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].what, "averaging");
+  EXPECT_EQ(found[0].verdict, RecordingFinding::Verdict::kFine) << "it is undone";
+  EXPECT_NEAR(std::stod(found[0].evidence), 60, 5) << found[0].evidence;
+  run.mistakes.clear();
+  Sequence clean = written(run, "not-averaging");
+  EXPECT_TRUE(check_averaging(clean).empty());
+}
+
+TEST(SimulatedRun, AveragedPicturesThatAreKeptAreAMistake) {
+  SimulatedRun run = run_with({"averaging=0.8"});
+  run.every = 40;
+  Sequence sequence = written(run, "averaging-kept");
+  sequence.room.cameras.front().time_averaging = TimeAveraging::kKeep;
+  const std::vector<RecordingFinding> found = check_averaging(sequence);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].verdict, RecordingFinding::Verdict::kWrong);
+  EXPECT_NE(found[0].advice.find("time_averaging"), std::string::npos) << found[0].advice;
+}
+
 TEST(SimulatedRun, PicturesChangeWithWhatIsDoneToThemAndToTheView) {
   EXPECT_FALSE(changes_pictures(run_with({"registration=6,2", "focal=1.1", "clock=20"})));
   EXPECT_TRUE(changes_pictures(run_with({"polarity"})));
+  EXPECT_TRUE(changes_pictures(run_with({"averaging=0.5"})));
   EXPECT_TRUE(changes_pictures({.pan_mm = 5}));
   EXPECT_TRUE(changes_pictures({.turn_deg = 15}));
 }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <string>
 
 #include "tests/daemon/pipeline/fakes.hpp"
 
@@ -16,24 +18,33 @@ constexpr int kSize = 96;
 /// A Frangi stage of one small camera, stepped by hand.
 class FrangiBench {
  public:
-  explicit FrangiBench(FrangiArea area = FrangiArea::kBand, double white_level = 0) {
+  explicit FrangiBench(FrangiArea area = FrangiArea::kBand, double white_level = 0)
+      : FrangiBench(area, ImageDoor(white_level)) {}
+
+  FrangiBench(FrangiArea area, ImageDoor door) {
     FrangiSettings settings;
     settings.area = area;
     frames.for_each_slot([](ImageFrame& frame) { frame.reserve(kSize, kSize); });
     measurements.for_each_slot([](ImageMeasurement& m) { m.reserve(kSize, kSize); });
     predictions.for_each_slot([](PredictedArea& p) { p.area = ImageArea(kSize, kSize); });
     stage = std::make_unique<FrangiStage>(
-        0, ImageHalf{ImageDoor(white_level), VesselnessMeter(kSize, kSize, settings)}, frames, predictions,
+        0, ImageHalf{std::move(door), VesselnessMeter(kSize, kSize, settings)}, frames, predictions,
         measurements, own_bell, optimizer_bell, &configured);
   }
 
   /// A noisy picture goes through the stage.
   const ImageMeasurement& show(unsigned seed) {
+    std::vector<std::uint8_t> pixels(kSize * kSize);
+    std::mt19937 random(seed);
+    for (std::uint8_t& pixel : pixels) pixel = static_cast<std::uint8_t>(100 + random() % 60);
+    return show(pixels);
+  }
+
+  const ImageMeasurement& show(const std::vector<std::uint8_t>& pixels) {
     ImageFrame& frame = frames.back();
     frame.exposure = clock.now();
     frame.fluoroscopy_on = true;
-    std::mt19937 random(seed);
-    for (std::uint8_t& pixel : frame.pixels) pixel = static_cast<std::uint8_t>(100 + random() % 60);
+    std::ranges::copy(pixels, frame.pixels.begin());
     frames.publish();
     EXPECT_TRUE(stage->step(clock));
     EXPECT_TRUE(measurements.fetch());
@@ -138,6 +149,32 @@ TEST(FrangiStage, ReadsTheNextImageForTheTubesThatWereFoundAndSaysSo) {
   EXPECT_EQ(bench.show(3).polarity, RidgePolarity::kBright) << "it stays so";
   bench.stage->describe(report);
   EXPECT_STREQ(report.why.data(), "tubes are bright on its images: found from where the coils have the tube");
+  EXPECT_EQ(report.state, StageState::kRunning);
+}
+
+TEST(FrangiStage, SaysThatTheConsoleAveragesItsImages) {
+  CameraCalibration camera;
+  camera.width = camera.height = kSize;
+  FrangiBench bench(FrangiArea::kBand, ImageDoor(camera));
+  std::mt19937 random(1);
+  std::vector<double> shown(kSize * kSize, 128);
+  std::vector<std::uint8_t> pixels(shown.size());
+  StageReport report;
+  for (int k = 0; k < 30; ++k) {
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      shown[i] += 0.5 * (static_cast<double>(100 + random() % 60) - shown[i]);
+      pixels[i] = static_cast<std::uint8_t>(std::lround(shown[i]));
+    }
+    bench.show(pixels);
+    bench.clock.advance(milliseconds(66));
+    bench.stage->describe(report);
+    if (k == 2) {
+      EXPECT_STREQ(report.why.data(), "") << "nobody can know yet";
+    }
+  }
+  const std::string words = report.why.data();
+  EXPECT_EQ(words.find("its images are averaged over time, "), 0U) << words;
+  EXPECT_NEAR(std::stod(words.substr(words.find(',') + 1)), 50, 4) << words;
   EXPECT_EQ(report.state, StageState::kRunning);
 }
 

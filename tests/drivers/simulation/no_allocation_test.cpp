@@ -46,12 +46,13 @@ TEST(SimulationReads, AllocateNothingWhileTheViewMoves) {
 }
 
 TEST(SimulationReads, AllocateNothingInARoomWithMistakes) {
-  expect_no_allocations(default_settings()
-                            .with("em_rate_hz", 400.0)
-                            .with("frame_rate_hz", 100.0)
-                            .with("mistakes",
-                                  "registration=6,2 offsets=5 focal=1.08 clock=20 field-jump=4,0 polarity "
-                                  "mirrored coil-order coil-direction"));
+  expect_no_allocations(
+      default_settings()
+          .with("em_rate_hz", 400.0)
+          .with("frame_rate_hz", 100.0)
+          .with("mistakes",
+                "registration=6,2 offsets=5 focal=1.08 clock=20 field-jump=4,0 averaging=0.5 polarity "
+                "mirrored coil-order coil-direction"));
 }
 
 }  // namespace

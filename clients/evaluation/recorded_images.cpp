@@ -1,0 +1,65 @@
+// The check of a recording that asks its images and no coil.
+#include <algorithm>
+#include <vector>
+
+#include "clients/evaluation/finding_text.hpp"
+#include "clients/evaluation/offline_reconstruction.hpp"
+#include "clients/evaluation/recording_check.hpp"
+#include "daemon/image/image_checks.hpp"
+#include "daemon/image/mask_cover.hpp"
+#include "drivers/replay/sequence_image.hpp"
+
+namespace tubed {
+
+namespace {
+
+constexpr int kImagesAsked = 60;  // of a camera, one after the other
+
+/// Of each image of that camera: share of those before it; 0: none.
+double averaged(const Sequence& sequence, std::size_t index) {
+  CameraCalibration camera = sequence.room.cameras[index];
+  camera.time_averaging = TimeAveraging::kUndo;
+  MaskCover cover(camera);
+  ImageDoor door(camera);
+  ImageMeasurement measurement;
+  measurement.reserve(camera.width, camera.height);
+  int asked = 0;
+  double share = 0;
+  for (const SequenceFrame& row : sequence.frames) {
+    if (row.camera != static_cast<int>(index) || !row.fluoroscopy_on()) continue;
+    if (++asked > kImagesAsked) break;
+    GreyImage image = read_image(sequence, row);
+    ImageFrame frame;
+    frame.width = image.width;
+    frame.height = image.height;
+    frame.depth = image.depth;
+    frame.geometry = row.geometry;
+    frame.fluoroscopy_on = true;
+    frame.pixels = std::move(image.pixels);
+    cover.cover(frame);
+    measurement.exposure = sequence_time(row.t_s);
+    door.take(frame, measurement);
+    share = std::max(share, door.averaging().of_before());
+  }
+  return share;
+}
+
+}  // namespace
+
+std::vector<RecordingFinding> check_averaging(const Sequence& sequence) {
+  std::vector<RecordingFinding> findings;
+  for (std::size_t i = 0; i < sequence.room.cameras.size(); ++i) {
+    const double share = averaged(sequence, i);
+    if (share == 0) continue;
+    const CameraCalibration& camera = sequence.room.cameras[i];
+    const bool is_undone = camera.time_averaging == TimeAveraging::kUndo;
+    findings.push_back({"averaging",
+                        is_undone ? RecordingFinding::Verdict::kFine : RecordingFinding::Verdict::kWrong,
+                        text_of("%.0f %% of each image of \"%s\" are of those before%s", 100 * share,
+                                camera.name.c_str(), is_undone ? ", which is undone" : ": what moves lags"),
+                        is_undone ? "" : "time_averaging = \"undo\" in [[camera]], or less at the console"});
+  }
+  return findings;
+}
+
+}  // namespace tubed

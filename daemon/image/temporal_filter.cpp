@@ -1,0 +1,236 @@
+#include "daemon/image/temporal_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tubed {
+
+namespace {
+
+constexpr int kSamples = 16384;         // about so many pixels of an image are looked at
+constexpr int kApart_px = 2;            // of the second difference: noise of neighbours is alike
+constexpr double kRounding = 1 / 12.0;  // variance of a rounding error, steps^2
+constexpr double kCurvedVariance = 6;   // of x - 2 y + z
+constexpr double kMinNoise = 1;         // variance of D, steps^2: where there is less nothing is said
+constexpr std::size_t kMinBlocks = 16;
+constexpr float kMaxGrowth = 1.25F;      // of noise from image to image
+constexpr double kMaxSpread = 0.06;      // of correlations of single images about their mean
+constexpr double kContradiction = 0.03;  // of correlations of eight images
+constexpr double kMinShare = 0.15;       // less is not worth mending,
+constexpr double kMaxShare = 0.9;        // more would be noise alone
+constexpr double kMinSecond = 0.1;       // less is not told from none
+constexpr double kRhythm = 0.3;          // share of an interval that stamps may be off by
+constexpr int kMaxMissing = 3;
+constexpr float kMaxWords = 16;
+constexpr float kMaxWord = 65535;
+
+float middle_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+bool are_alike_s(double interval_s, double other_s) {
+  return std::abs(interval_s - other_s) < kRhythm * other_s;
+}
+
+bool are_alike(const DifferenceCorrelations& a, const DifferenceCorrelations& b) {
+  return std::abs(a.by_one - b.by_one) < kMaxSpread && std::abs(a.by_two - b.by_two) < kMaxSpread &&
+         std::abs(a.by_three - b.by_three) < kMaxSpread;
+}
+
+std::uint16_t in_words(float grey, float words) {
+  return static_cast<std::uint16_t>(std::min(words * grey + 0.5F, kMaxWord));
+}
+
+}  // namespace
+
+// w and l are the roots of x^2 - phi_1 x - phi_2. Without l, r_1 alone says w.
+std::optional<TemporalFilter> filter_of(const DifferenceCorrelations& r) {
+  const double phi_1 = (1 + 2 * r.by_one + r.by_two) / (1 + r.by_one);
+  const double phi_2 = r.by_two - phi_1 * r.by_one;
+  const double discriminant = phi_1 * phi_1 + 4 * phi_2;
+  const double root = std::sqrt(std::max(discriminant, 0.0));
+  TemporalFilter found{(phi_1 + root) / 2, (phi_1 - root) / 2};
+  if (discriminant < 0 || found.second < kMinSecond) {
+    found = {1 + 2 * r.by_one, 0};
+  }
+  const double by_two = found.phi_1() * r.by_one + found.phi_2();
+  const double by_three = found.phi_1() * r.by_two + found.phi_2() * r.by_one;
+  if (!(found.share > kMinShare) || std::abs(by_two - r.by_two) > kContradiction ||
+      std::abs(by_three - r.by_three) > kContradiction) {
+    return std::nullopt;
+  }
+  found.share = std::min(found.share, kMaxShare);
+  return found;
+}
+
+TemporalFilterFinder::TemporalFilterFinder(int width, int height)
+    : width_(width),
+      height_(height),
+      stride_(std::max(1, width * height / kSamples)),
+      blocks_(std::max(0, width - 2 * kApart_px) / kBlock_px) {
+  const std::size_t rows = height_ > 0 ? static_cast<std::size_t>((height_ - 1) / stride_ + 1) : 0;
+  const std::size_t blocks = rows * static_cast<std::size_t>(blocks_);
+  curved_.resize(blocks * kBlock_px);
+  growth_.reserve(blocks);
+  for (std::size_t k = 0; k < kBefore; ++k) {
+    changed_[k].resize(blocks * kBlock_px);
+    by_[k].reserve(blocks);
+  }
+}
+
+void TemporalFilterFinder::look_at(std::span<const float> grey, MonotonicTime exposure, double step) {
+  keep_rhythm(exposure);
+  correlate(grey, step);
+  if (remembered_ == kBefore + 1) {
+    read();
+  }
+  remembered_ = std::min(remembered_ + 1, kBefore + 1);
+}
+
+// Differences over a pause, or where an image is missing, are others. A new rhythm is one that comes twice.
+void TemporalFilterFinder::keep_rhythm(MonotonicTime exposure) {
+  const bool is_first = to_ns(newest_) == 0;
+  const double interval_s = is_first ? 0 : seconds_between(newest_, exposure);
+  newest_ = exposure;
+  exposures_between_ = 0;
+  if (are_alike_s(interval_s, odd_s_)) {
+    rhythm_s_ = interval_s;
+  }
+  if (are_alike_s(interval_s, rhythm_s_)) {
+    exposures_between_ = 1;
+    return;
+  }
+  remembered_ = 0;
+  odd_s_ = interval_s;
+  for (int missing = 2; missing <= kMaxMissing; ++missing) {
+    if (std::abs(interval_s - missing * rhythm_s_) < kRhythm * rhythm_s_) exposures_between_ = missing;
+  }
+}
+
+void TemporalFilterFinder::correlate(std::span<const float> grey, double step) {
+  for (std::vector<float>& of_blocks : by_) of_blocks.clear();
+  growth_.clear();
+  std::size_t block = 0;
+  for (int y = 0; y < height_ && blocks_ > 0; y += stride_) {
+    const float* const row = &grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)];
+    for (int i = 0; i < blocks_; ++i) {
+      correlate_block(row + kApart_px + i * kBlock_px, block++, step);
+    }
+  }
+}
+
+// Rounding errors are independent, too: each D has two, and shares one with the D before.
+void TemporalFilterFinder::correlate_block(const float* grey, std::size_t block, double step) {
+  const std::size_t first = block * kBlock_px;
+  float* const curved = &curved_[first];
+  float* const one = &changed_[0][first];
+  float* const two = &changed_[1][first];
+  float* const three = &changed_[2][first];
+  std::array<float, kBefore + 1> squares{};
+  std::array<float, kBefore> products{};
+  for (int i = 0; i < kBlock_px; ++i) {
+    const float now = grey[i - kApart_px] - 2 * grey[i] + grey[i + kApart_px];
+    const float change = now - curved[i];
+    squares[0] += change * change;
+    squares[1] += one[i] * one[i];
+    squares[2] += two[i] * two[i];
+    squares[3] += three[i] * three[i];
+    products[0] += change * one[i];
+    products[1] += change * two[i];
+    products[2] += change * three[i];
+    curved[i] = now;
+    three[i] = two[i];
+    two[i] = one[i];
+    one[i] = change;
+  }
+  const auto rounding = static_cast<float>(kBlock_px * kCurvedVariance * kRounding * step * step);
+  const auto least = static_cast<float>(kBlock_px * kMinNoise * step * step);
+  for (float& square : squares) {
+    square -= 2 * rounding;
+    if (square < least) return;
+  }
+  products[0] += rounding;
+  for (std::size_t k = 0; k < kBefore; ++k) {
+    by_[k].push_back(products[k] / std::sqrt(squares[0] * squares[k + 1]));
+  }
+  growth_.push_back(squares[0] / squares[1]);
+}
+
+// What moves is in few of the blocks.
+void TemporalFilterFinder::read() {
+  if (growth_.size() < kMinBlocks) {
+    return;
+  }
+  const float growth = middle_of(growth_);
+  if (growth > kMaxGrowth || growth < 1 / kMaxGrowth) {
+    take(std::nullopt);
+  } else {
+    take(DifferenceCorrelations{middle_of(by_[0]), middle_of(by_[1]), middle_of(by_[2])});
+  }
+}
+
+void TemporalFilterFinder::take(const Reading& reading) {
+  readings_[next_] = reading;
+  next_ = (next_ + 1) % kWitnesses;
+  DifferenceCorrelations mean;
+  std::size_t held = 0;
+  for (const Reading& of_image : readings_) {
+    if (!of_image) continue;
+    ++held;
+    mean.by_one += of_image->by_one / kWitnesses;
+    mean.by_two += of_image->by_two / kWitnesses;
+    mean.by_three += of_image->by_three / kWitnesses;
+  }
+  const auto agrees = [&](const Reading& of_image) { return of_image && are_alike(*of_image, mean); };
+  if (held == kWitnesses && std::ranges::all_of(readings_, agrees)) {
+    filter_ = filter_of(mean).value_or(TemporalFilter{});
+  } else if (2 * held < kWitnesses) {
+    filter_ = {};
+  }
+}
+
+TemporalFilterInverse::TemporalFilterInverse(int width, int height)
+    : before_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      two_before_(before_.size()) {}
+
+void TemporalFilterInverse::keep(std::span<const float> grey) {
+  std::swap(before_, two_before_);
+  std::ranges::transform(grey, before_.begin(), [this](float value) { return in_words(value, words_); });
+  kept_ = 1;
+}
+
+void TemporalFilterInverse::undo(const TemporalFilter& filter, int exposures_between, float white,
+                                 ImageMeasurement& image) {
+  const float words = std::clamp(std::floor(kMaxWord / white), 1.0F, kMaxWords);
+  if (kept_ == 0 || exposures_between == 0 || words != words_) {
+    words_ = words;
+    keep(image.grey);
+    return;
+  }
+  const bool has_both = kept_ == 2 && exposures_between == 1;
+  const double phi_1 = has_both ? filter.phi_1() : std::pow(filter.share, exposures_between);
+  const double phi_2 = has_both ? filter.phi_2() : 0;
+  const auto scale = static_cast<float>(1 / (1 - phi_1 - phi_2));
+  const float of_before = static_cast<float>(phi_1) * scale / words_;
+  const float of_two_before = static_cast<float>(phi_2) * scale / words_;
+  float least = white;
+  float greatest = 0;
+  for (std::size_t i = 0; i < image.grey.size(); ++i) {
+    const float shown = image.grey[i];
+    const float seen = scale * shown - of_before * static_cast<float>(before_[i]) -
+                       of_two_before * static_cast<float>(two_before_[i]);
+    two_before_[i] = in_words(shown, words_);
+    image.grey[i] = std::clamp(seen, 0.0F, white);
+    least = std::min(least, image.grey[i]);
+    greatest = std::max(greatest, image.grey[i]);
+  }
+  std::swap(before_, two_before_);
+  kept_ = exposures_between == 1 ? 2 : 1;
+  image.darkest = least;
+  image.brightest = greatest;
+}
+
+}  // namespace tubed
