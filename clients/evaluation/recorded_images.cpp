@@ -1,5 +1,4 @@
 // The check of a recording that asks its images and no coil.
-#include <algorithm>
 #include <vector>
 
 #include "clients/evaluation/finding_text.hpp"
@@ -15,7 +14,7 @@ namespace {
 
 constexpr int kImagesAsked = 60;  // of a camera, one after the other
 
-/// Of each image of that camera: share of those before it; 0: none.
+/// What is of earlier images in each image of that camera, as the last of them have it; 0: nothing.
 double averaged(const Sequence& sequence, std::size_t index) {
   CameraCalibration camera = sequence.room.cameras[index];
   camera.time_averaging = TimeAveraging::kUndo;
@@ -39,7 +38,7 @@ double averaged(const Sequence& sequence, std::size_t index) {
     cover.cover(frame);
     measurement.exposure = sequence_time(row.t_s);
     door.take(frame, measurement);
-    share = std::max(share, door.averaging().of_before());
+    if (door.averaging().any()) share = door.averaging().of_before();
   }
   return share;
 }

