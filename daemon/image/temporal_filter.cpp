@@ -14,7 +14,6 @@ constexpr double kRounding = 1 / 12.0;  // variance of a rounding error, steps^2
 constexpr double kCurvedVariance = 6;   // of x - 2 y + z
 constexpr double kMinNoise = 1;         // variance of D, steps^2: where there is less nothing is said
 constexpr std::size_t kMinBlocks = 16;
-constexpr float kMaxGrowth = 1.25F;      // of noise from image to image
 constexpr double kMaxSpread = 0.06;      // of correlations of single images about their mean
 constexpr double kContradiction = 0.03;  // of correlations of eight images
 constexpr double kMinShare = 0.15;       // less is not worth mending,
@@ -72,7 +71,6 @@ TemporalFilterFinder::TemporalFilterFinder(int width, int height)
   const std::size_t rows = height_ > 0 ? static_cast<std::size_t>((height_ - 1) / stride_ + 1) : 0;
   const std::size_t blocks = rows * static_cast<std::size_t>(blocks_);
   curved_.resize(blocks * kBlock_px);
-  growth_.reserve(blocks);
   for (std::size_t k = 0; k < kBefore; ++k) {
     changed_[k].resize(blocks * kBlock_px);
     by_[k].reserve(blocks);
@@ -110,7 +108,6 @@ void TemporalFilterFinder::keep_rhythm(MonotonicTime exposure) {
 
 void TemporalFilterFinder::correlate(std::span<const float> grey, double step) {
   for (std::vector<float>& of_blocks : by_) of_blocks.clear();
-  growth_.clear();
   std::size_t block = 0;
   for (int y = 0; y < height_ && blocks_ > 0; y += stride_) {
     const float* const row = &grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)];
@@ -154,40 +151,33 @@ void TemporalFilterFinder::correlate_block(const float* grey, std::size_t block,
   for (std::size_t k = 0; k < kBefore; ++k) {
     by_[k].push_back(products[k] / std::sqrt(squares[0] * squares[k + 1]));
   }
-  growth_.push_back(squares[0] / squares[1]);
 }
 
 // What moves is in few of the blocks.
 void TemporalFilterFinder::read() {
-  if (growth_.size() < kMinBlocks) {
+  if (by_[0].size() < kMinBlocks) {
     return;
   }
-  const float growth = middle_of(growth_);
-  if (growth > kMaxGrowth || growth < 1 / kMaxGrowth) {
-    take(std::nullopt);
-  } else {
-    take(DifferenceCorrelations{middle_of(by_[0]), middle_of(by_[1]), middle_of(by_[2])});
+  readings_[next_] = {middle_of(by_[0]), middle_of(by_[1]), middle_of(by_[2])};
+  next_ = (next_ + 1) % kWitnesses;
+  ++read_;
+  DifferenceCorrelations mean;
+  for (const DifferenceCorrelations& of_image : readings_) {
+    mean.by_one += of_image.by_one / kWitnesses;
+    mean.by_two += of_image.by_two / kWitnesses;
+    mean.by_three += of_image.by_three / kWitnesses;
+  }
+  if (read_ >= kWitnesses && agreeing_with(mean) == kWitnesses) {
+    filter_ = filter_of(mean).value_or(TemporalFilter{});
+    agreed_ = mean;
+  } else if (2 * agreeing_with(agreed_) < kWitnesses) {
+    filter_ = {};
   }
 }
 
-void TemporalFilterFinder::take(const Reading& reading) {
-  readings_[next_] = reading;
-  next_ = (next_ + 1) % kWitnesses;
-  DifferenceCorrelations mean;
-  std::size_t held = 0;
-  for (const Reading& of_image : readings_) {
-    if (!of_image) continue;
-    ++held;
-    mean.by_one += of_image->by_one / kWitnesses;
-    mean.by_two += of_image->by_two / kWitnesses;
-    mean.by_three += of_image->by_three / kWitnesses;
-  }
-  const auto agrees = [&](const Reading& of_image) { return of_image && are_alike(*of_image, mean); };
-  if (held == kWitnesses && std::ranges::all_of(readings_, agrees)) {
-    filter_ = filter_of(mean).value_or(TemporalFilter{});
-  } else if (2 * held < kWitnesses) {
-    filter_ = {};
-  }
+std::size_t TemporalFilterFinder::agreeing_with(const DifferenceCorrelations& asked) const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      readings_, [&](const DifferenceCorrelations& of_image) { return are_alike(of_image, asked); }));
 }
 
 TemporalFilterInverse::TemporalFilterInverse(int width, int height)

@@ -51,7 +51,7 @@ class TemporalFilterFinder {
   /// rounded; of a mean of n pixels, 1 / sqrt(n).
   void look_at(std::span<const float> grey, MonotonicTime exposure, double step);
 
-  /// As eight images in a row had it, and half of the newest eight still have one.
+  /// As eight images in a row had it, and half of the newest eight still do.
   [[nodiscard]] const TemporalFilter& filter() const { return filter_; }
 
   /// How many exposures the newest image is after the one before: 1 in the rhythm of those before, 2 or 3
@@ -63,14 +63,11 @@ class TemporalFilterFinder {
   static constexpr std::size_t kWitnesses = 8;
   static constexpr int kBefore = 3;  ///< differences before the newest one
 
-  /// Nothing: the noise of that image was not as before.
-  using Reading = std::optional<DifferenceCorrelations>;
-
   void keep_rhythm(MonotonicTime exposure);
   void correlate(std::span<const float> grey, double step);
   void correlate_block(const float* grey, std::size_t block, double step);
   void read();
-  void take(const Reading& reading);
+  [[nodiscard]] std::size_t agreeing_with(const DifferenceCorrelations& asked) const;
 
   int width_;
   int height_;
@@ -82,12 +79,13 @@ class TemporalFilterFinder {
   double odd_s_ = 0;     ///< the last interval that was none of the rhythm
   int exposures_between_ = 0;
   TemporalFilter filter_;
-  std::array<Reading, kWitnesses> readings_{};       ///< of the newest images, in turn
-  std::size_t next_ = 0;                             ///< place in readings_
+  DifferenceCorrelations agreed_;                              ///< what filter_ is of
+  std::array<DifferenceCorrelations, kWitnesses> readings_{};  ///< of the newest images, in turn
+  std::size_t next_ = 0;                                       ///< place in readings_
+  std::size_t read_ = 0;                                       ///< images
   std::vector<float> curved_;                        ///< second differences along rows, of the newest image
   std::array<std::vector<float>, kBefore> changed_;  ///< D of the newest image, of the one before, ...
-  std::array<std::vector<float>, kBefore> by_;       ///< scratch: correlations of each block,
-  std::vector<float> growth_;                        ///< and D^2 over that of the image before
+  std::array<std::vector<float>, kBefore> by_;       ///< scratch: correlations of each block
 };
 
 /// X_t = (I_t - phi_1 I_{t-1} - phi_2 I_{t-2}) / (1 - phi_1 - phi_2). One a camera; called by one thread;

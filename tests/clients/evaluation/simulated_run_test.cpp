@@ -92,7 +92,7 @@ TEST(SimulatedRun, ASecondViewOfAPresetWithOneIsRefusedWithThePresetsThatHaveTwo
 
 TEST(SimulatedRun, AConsoleThatAveragesItsPicturesIsFoundInThem) {
   SimulatedRun run = run_with({"averaging=0.6"});
-  run.every = 40;
+  run.every = 14;
   const std::vector<RecordingFinding> found = check_averaging(written(run, "averaging"));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].what, "averaging");
@@ -105,7 +105,7 @@ TEST(SimulatedRun, AConsoleThatAveragesItsPicturesIsFoundInThem) {
 
 TEST(SimulatedRun, AveragedPicturesThatAreKeptAreAMistake) {
   SimulatedRun run = run_with({"averaging=0.8"});
-  run.every = 40;
+  run.every = 14;
   Sequence sequence = written(run, "averaging-kept");
   sequence.room.cameras.front().time_averaging = TimeAveraging::kKeep;
   const std::vector<RecordingFinding> found = check_averaging(sequence);

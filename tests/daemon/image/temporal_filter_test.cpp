@@ -101,6 +101,7 @@ TEST(TemporalFilterFinder, TheShareIsFoundByTheNoise) {
 
 TEST(TemporalFilterFinder, NeitherLittleNoiseNorWhatMovesMisleadsIt) {
   EXPECT_NEAR(found_of_before(0.5, 3), 0.5, 0.06) << "what moves is the clearer for it";
+  EXPECT_NEAR(found_of_before(0.7, 3, 0), 0.7, 0.03) << "a sixth of the changes are of rounding";
   EXPECT_NEAR(found_of_before(0.7, 8, 3), 0.7, 0.06);
 }
 
@@ -149,6 +150,23 @@ TEST(TemporalFilterFinder, AFilterThatIsTurnedOffIsForgotten) {
     }
   }
   EXPECT_EQ(finder.filter().share, 0);
+}
+
+TEST(TemporalFilterFinder, SoIsOneOfWhichImagesNoLongerAgree) {
+  Detector detector;
+  RecursiveConsole console(0.6);
+  RecursiveConsole weaker(0.1);
+  TemporalFilterFinder finder(kWidth, kHeight);
+  for (int k = 0; k < 2 * kEnough; ++k) {
+    const Picture seen = detector.expose();
+    const Picture strongly = console.show(seen);
+    const Picture weakly = weaker.show(seen);
+    finder.look_at(k < kEnough || k % 3 == 0 ? strongly : weakly, at_s(k / 15.0), kRounded);
+    if (k == kEnough - 1) {
+      EXPECT_TRUE(finder.filter().any());
+    }
+  }
+  EXPECT_FALSE(finder.filter().any());
 }
 
 TEST(TemporalFilterFinder, MissingExposuresArePutDownToTheRhythm) {
