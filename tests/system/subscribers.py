@@ -91,7 +91,7 @@ def two_instruments_are_tracked_in_the_same_images(bed):
     for instrument in instruments:
         subscriber.wait_for(lambda sample, id=instrument.id: sample.get("instrument_id") == id and is_fused(sample),
                             f"VALID shape of {instrument.id}", 10)
-    time.sleep(2)  # at a beginning a straight tip may be AMBIGUOUS for a second
+    time.sleep(4)  # at a beginning a straight tip may be AMBIGUOUS for three seconds
     from_ns = time.monotonic_ns()
     time.sleep(8)
     exposures = []
