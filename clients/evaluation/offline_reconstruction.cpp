@@ -53,20 +53,12 @@ struct CameraBench {
     if (!row.fluoroscopy_on()) {
       return;
     }
-    GreyImage image = read_image(sequence, row);
-    ImageFrame frame;
-    frame.width = image.width;
-    frame.height = image.height;
-    frame.depth = image.depth;
-    frame.geometry = row.geometry;
-    frame.fluoroscopy_on = true;
-    frame.pixels = std::move(image.pixels);
+    ImageFrame frame = image_frame_of(sequence, row);
     cover.cover(frame);
     measurement.rejection = door.take(frame, measurement);
     measurement.state =
         measurement.rejection == ImageRejection::kNone ? ImageState::kMeasured : ImageState::kRejected;
     if (measurement.state == ImageState::kMeasured) {
-      frame.exposure = measurement.exposure;
       watch.look_from(measurement.geometry ? *frame.geometry : configured, measurement.exposure);
       const ViewState view = watch.observe(frame).state;
       has_moved = view == ViewState::kSuspect || view == ViewState::kMoved;
@@ -115,6 +107,19 @@ class NextImages final : public AreaPredictions {
 }  // namespace
 
 MonotonicTime sequence_time(double t_s) { return from_ns(kStart_ns + std::llround(t_s * 1e9)); }
+
+ImageFrame image_frame_of(const Sequence& sequence, const SequenceFrame& row) {
+  GreyImage image = read_image(sequence, row);
+  ImageFrame frame;
+  frame.exposure = sequence_time(row.t_s);
+  frame.width = image.width;
+  frame.height = image.height;
+  frame.depth = image.depth;
+  frame.geometry = row.geometry;
+  frame.fluoroscopy_on = true;
+  frame.pixels = std::move(image.pixels);
+  return frame;
+}
 
 std::vector<SequenceInstant> instants_of(const Sequence& sequence) {
   std::vector<SequenceInstant> instants;

@@ -7,6 +7,7 @@
 
 #include "daemon/estimator/estimator.hpp"
 #include "daemon/image/frangi_settings.hpp"
+#include "drivers/interface/image_source.hpp"
 #include "drivers/replay/sequence_folder.hpp"
 #include "idl/estimate.hpp"
 
@@ -21,6 +22,10 @@ struct SequenceInstant {
 
 /// A time of the sequence as observations and estimates of it have it: never 0 ns, which means "never".
 MonotonicTime sequence_time(double t_s);
+
+/// The exposure of a row with an image, as a source delivers it. Throws SequenceError where it cannot be
+/// read.
+ImageFrame image_frame_of(const Sequence& sequence, const SequenceFrame& row);
 
 /// The instants in order of time.
 std::vector<SequenceInstant> instants_of(const Sequence& sequence);

@@ -6,7 +6,6 @@
 #include "clients/evaluation/recording_check.hpp"
 #include "daemon/image/image_checks.hpp"
 #include "daemon/image/mask_cover.hpp"
-#include "drivers/replay/sequence_image.hpp"
 
 namespace tubed {
 
@@ -27,16 +26,9 @@ double averaged(const Sequence& sequence, std::size_t index) {
   for (const SequenceFrame& row : sequence.frames) {
     if (row.camera != static_cast<int>(index) || !row.fluoroscopy_on()) continue;
     if (++asked > kImagesAsked) break;
-    GreyImage image = read_image(sequence, row);
-    ImageFrame frame;
-    frame.width = image.width;
-    frame.height = image.height;
-    frame.depth = image.depth;
-    frame.geometry = row.geometry;
-    frame.fluoroscopy_on = true;
-    frame.pixels = std::move(image.pixels);
+    ImageFrame frame = image_frame_of(sequence, row);
     cover.cover(frame);
-    measurement.exposure = sequence_time(row.t_s);
+    measurement.exposure = frame.exposure;
     door.take(frame, measurement);
     if (door.averaging().any()) share = door.averaging().of_before();
   }

@@ -18,6 +18,7 @@ constexpr double kMaxSpread = 0.06;      // of correlations of single images abo
 constexpr double kContradiction = 0.03;  // of correlations of eight images
 constexpr double kMinShare = 0.15;       // less is not worth mending,
 constexpr double kMaxShare = 0.9;        // more would be noise alone
+constexpr double kMaxBefore = 0.95;      // of both together
 constexpr double kErrorOfSecond = 0.1;   // where there is none
 constexpr double kRhythm = 0.3;          // share of an interval that stamps may be off by
 constexpr int kMaxMissing = 3;
@@ -56,8 +57,10 @@ std::optional<TemporalFilter> filter_of(const DifferenceCorrelations& r) {
                                                 : TemporalFilter{1 + 2 * r.by_one, 0};
   const double of_two = r.by_two - found.phi_1() * r.by_one - found.phi_2();
   const double of_three = r.by_three - found.phi_1() * r.by_two - found.phi_2() * r.by_one;
-  if (found.share < kMinShare || found.second < -kErrorOfSecond || std::abs(of_two) > kContradiction ||
-      std::abs(of_three) > kContradiction) {
+  const bool is_one = found.share >= kMinShare && found.second >= -kErrorOfSecond &&
+                      found.of_before() <= kMaxBefore && std::abs(of_two) <= kContradiction &&
+                      std::abs(of_three) <= kContradiction;
+  if (!is_one) {
     return std::nullopt;
   }
   return TemporalFilter{std::min(found.share, kMaxShare), found.second};

@@ -196,6 +196,9 @@ TEST(TemporalFilter, ComesFromCorrelationsInClosedForm) {
   EXPECT_FALSE(filter_of({-0.5, 0, 0})) << "nothing but noise";
   EXPECT_FALSE(filter_of({0, -0.5, 0})) << "the mean of two images";
   EXPECT_FALSE(filter_of({-0.1, -0.08, -0.02})) << "the third is that of no recursion";
+  EXPECT_FALSE(filter_of({-1, 1, -1})) << "two images in turn";
+  EXPECT_FALSE(filter_of({-0.98, 0.97, -0.97})) << "nearly so";
+  EXPECT_FALSE(filter_of({0.5, 0.4, 0.44})) << "slow motion: nothing of the newest exposure would be left";
 }
 
 TEST(TemporalFilter, OfDetectorAndConsoleIsTakenApart) {
