@@ -46,8 +46,7 @@ std::uint16_t in_words(float grey, float words) {
 
 }  // namespace
 
-// w and l are the roots of x^2 - phi_1 x - phi_2. Where both are small errors leave none, and r_1 alone says
-// w.
+// w and l are the roots of x^2 - phi_1 x - phi_2. Where both are small errors leave none: r_1 alone says w.
 std::optional<TemporalFilter> filter_of(const DifferenceCorrelations& r) {
   const double phi_1 = (1 + 2 * r.by_one + r.by_two) / (1 + r.by_one);
   const double phi_2 = r.by_two - phi_1 * r.by_one;
