@@ -40,7 +40,7 @@ class JudgedWhenCalm(unittest.TestCase):
 
     def test_a_failure_on_a_busy_machine_is_run_again_when_it_is_calm(self):
         self.assertEqual(judged([1, 0], [self.BUSY, 0.01]), (0, 2, 1))
-        self.assertEqual(judged([1, 1, 0], [self.BUSY, 0.01, 0.01]), (1, 2, 1))
+        self.assertEqual(judged([1, 1, 0], [self.BUSY, self.BUSY, 0.01]), (1, 2, 1))
 
     def test_the_last_failure_stands_however_busy_the_machine_is(self):
         self.assertEqual(judged([1, 1, 1, 0], [self.BUSY] * 4), (1, calm.ATTEMPTS, calm.ATTEMPTS - 1))

@@ -1,6 +1,5 @@
 """Images that another process hands in through shared memory, shapes that leave the same way, and deaths at both ends."""
 import collections
-import itertools
 import json
 import os
 import pathlib
@@ -15,8 +14,7 @@ import sequences
 from bed import (check, check_timing, is_fused, is_valid, longest_gap_ms, milliseconds, need_real_time, rate_hz, reasons_of,
                  say)
 
-SHAPES = ((400, 600), (1024, 1024))
-RATES_HZ = (30, 60)
+SHAPES = ((400, 600, 30), (1024, 1024, 60))  # width, height, images a second
 SECONDS = 3
 START_IN_S = 3  # until then the images are decoded and the subscriber is there
 REAL_TIME = "\n".join(f"[realtime.{stage}]\npriority = {priority}" for stage, priority in
@@ -96,7 +94,7 @@ def judged(samples, words):
 def images_of_another_process_cost_less_than_a_millisecond_and_a_half(bed):
     need_real_time()
     added = {}
-    for (width, height), rate in itertools.product(SHAPES, RATES_HZ):
+    for width, height, rate in SHAPES:
         words = f"{width} x {height} at {rate} Hz"
         folder = bed.folder / f"sequence-{width}-{rate}"
         sequences.write_sequence(folder, SECONDS, size=(width, height), image_rate_hz=rate)
