@@ -26,6 +26,12 @@ void stamp_image(const ImageMeasurement& image, TubeEstimate& estimate) {
 
 bool same_instant(MonotonicTime a, MonotonicTime b) { return std::chrono::abs(a - b) <= kSameInstant; }
 
+bool has_image(const Observation& observation) {
+  return std::ranges::any_of(observation.images, [](const ImageMeasurement* image) {
+    return image != nullptr && image->state == ImageState::kMeasured;
+  });
+}
+
 }  // namespace
 
 OptimizerStage::OptimizerStage(std::vector<std::unique_ptr<Estimator>> estimators,
@@ -209,6 +215,7 @@ void OptimizerStage::show(std::size_t camera, Observation& observation) noexcept
 
 void OptimizerStage::make_estimates(const Observation& observation, const Clock& clock) noexcept {
   asked_ = observation.now;
+  bool is_beside = has_image(observation);
   begin_predictions(observation);
   for (std::size_t i = 0; i < estimators_.size(); ++i) {
     TubeEstimate& estimate = outlets_[i]->back();
@@ -231,6 +238,7 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
       estimate.reasons.add(Reason::kDeadlineMissed);
     }
     newest_validity_ = estimate.validity;
+    is_beside = is_beside && estimate.in_view_ratio <= 0 && estimate.validity != Validity::kNotAvailable;
     predict(estimators_[i]->image_need(), estimate);
     superseded_ += outlets_[i]->publish() ? 1 : 0;
     ++outputs_;
@@ -242,6 +250,7 @@ void OptimizerStage::make_estimates(const Observation& observation, const Clock&
   }
   overran_ = clock.now() - handed_over > period_;
   hand_over_predictions();
+  if (has_image(observation)) beside_views_.saw(observation.instant, !is_beside);
   ask_why(observation.now);
   schedule_.paid(observation.now);
   if (observation.now >= em_becomes_stale()) {
@@ -292,6 +301,8 @@ void OptimizerStage::ask_why(MonotonicTime now) noexcept {
   } else if (any_says([&](const auto& estimator) { return estimator->describe_moved_view(words); })) {
     why_ = words;
   } else if (any_says([&](const auto& estimator) { return estimator->describe_jump(words); })) {
+    keep_for_a_while();
+  } else if (beside_views_.describe(words)) {
     keep_for_a_while();
   } else {
     why_[0] = '\0';

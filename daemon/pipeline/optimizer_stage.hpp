@@ -11,6 +11,7 @@
 #include "daemon/pipeline/em_acquisition_stage.hpp"
 #include "daemon/pipeline/tick_schedule.hpp"
 #include "daemon/pipeline/triple_buffer.hpp"
+#include "daemon/pipeline/tube_beside_views.hpp"
 
 namespace tubed {
 
@@ -94,6 +95,7 @@ class OptimizerStage final : public Stage {
   Validity newest_validity_ = Validity::kNotAvailable;
   std::array<char, 256> why_{};  ///< what coils and images disagree about; empty: they agree
   MonotonicTime why_written_{};
+  TubeBesideViews beside_views_;
 };
 
 }  // namespace tubed

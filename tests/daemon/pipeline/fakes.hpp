@@ -105,7 +105,8 @@ class FakeEstimator final : public Estimator {
   explicit FakeEstimator(std::vector<Observation>& asked) : asked_(asked) { asked_.reserve(1000); }
   void update(const Observation& observation, TubeEstimate& estimate) noexcept override {
     asked_.push_back(observation);
-    estimate.validity = Validity::kValid;
+    estimate.validity = validity;
+    estimate.in_view_ratio = in_view_ratio;
     estimate.reasons = Reasons{};
     estimate.valid_time_ns = to_ns(observation.instant);
   }
@@ -128,6 +129,8 @@ class FakeEstimator final : public Estimator {
   std::function<void(const Observation&)> looks_further;
   std::string disagreement;  ///< what coils and images contradict each other about
   std::string jump;          ///< of all coils
+  Validity validity = Validity::kValid;
+  float in_view_ratio = 1;
 
  private:
   static bool say(const std::string& what, std::span<char> words) {
