@@ -199,7 +199,8 @@ ImageDoor::GreyRange ImageDoor::average(const ImageFrame& frame, ImageMeasuremen
 void ImageDoor::undo_averaging(float white, ImageMeasurement& measurement) {
   averaging_.look_at(measurement.grey, measurement.exposure, 1.0 / binning_);
   if (averaging_.filter().any()) {
-    undoing_.undo(averaging_.filter(), averaging_.exposures_between(), white, measurement);
+    undoing_.undo(averaging_.filter(), averaging_.ghosts(), averaging_.exposures_between(), white,
+                  measurement);
   } else {
     undoing_.forget();
   }

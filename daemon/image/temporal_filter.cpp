@@ -69,7 +69,8 @@ TemporalFilterFinder::TemporalFilterFinder(int width, int height)
     : width_(width),
       height_(height),
       stride_(std::max(1, width * height / kSamples)),
-      blocks_(std::max(0, width - 2 * kApart_px) / kBlock_px) {
+      blocks_(std::max(0, width - 2 * kApart_px) / kBlock_px),
+      ghosts_(width, height, stride_) {
   const std::size_t rows = height_ > 0 ? static_cast<std::size_t>((height_ - 1) / stride_ + 1) : 0;
   const std::size_t blocks = rows * static_cast<std::size_t>(blocks_);
   curved_.resize(blocks * kBlock_px);
@@ -86,6 +87,7 @@ void TemporalFilterFinder::look_at(std::span<const float> grey, MonotonicTime ex
     read();
   }
   remembered_ = std::min(remembered_ + 1, kBefore + 1);
+  ghosts_.look_at(grey, exposures_between_ == 1, filter_.of_before(), step);
 }
 
 // Differences over a pause, or where an image is missing, are others. A new rhythm is one that comes twice.
@@ -184,7 +186,10 @@ std::size_t TemporalFilterFinder::agreeing_with(const DifferenceCorrelations& as
 
 TemporalFilterInverse::TemporalFilterInverse(int width, int height)
     : before_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-      two_before_(before_.size()) {}
+      two_before_(before_.size()),
+      seen_(static_cast<std::size_t>(width)),
+      change_(seen_.size()),
+      weights_(seen_.size()) {}
 
 void TemporalFilterInverse::keep(std::span<const float> grey) {
   std::swap(before_, two_before_);
@@ -192,8 +197,27 @@ void TemporalFilterInverse::keep(std::span<const float> grey) {
   kept_ = 1;
 }
 
-void TemporalFilterInverse::undo(const TemporalFilter& filter, int exposures_between, float white,
-                                 ImageMeasurement& image) {
+void TemporalFilterInverse::undo_row(const Inverse& inverse, std::size_t first,
+                                     std::span<const float> shown) {
+  for (std::size_t x = 0; x < shown.size(); ++x) {
+    seen_[x] = inverse.scale * shown[x] - inverse.of_before * static_cast<float>(before_[first + x]) -
+               inverse.of_two_before * static_cast<float>(two_before_[first + x]);
+  }
+}
+
+void TemporalFilterInverse::hold_what_moved(const MotionGhosts& ghosts, int y, std::size_t first,
+                                            std::span<const float> shown) {
+  for (std::size_t x = 0; x < shown.size(); ++x) {
+    change_[x] = shown[x] - static_cast<float>(before_[first + x]) / words_;
+  }
+  ghosts.weigh(y, change_, weights_);
+  for (std::size_t x = 0; x < shown.size(); ++x) {
+    seen_[x] = shown[x] + weights_[x] * (seen_[x] - shown[x]);
+  }
+}
+
+void TemporalFilterInverse::undo(const TemporalFilter& filter, const MotionGhosts& ghosts,
+                                 int exposures_between, float white, ImageMeasurement& image) {
   const float words = std::clamp(std::floor(kMaxWord / white), 1.0F, kMaxWords);
   if (kept_ == 0 || exposures_between == 0 || words != words_) {
     words_ = words;
@@ -204,18 +228,22 @@ void TemporalFilterInverse::undo(const TemporalFilter& filter, int exposures_bet
   const double phi_1 = has_both ? filter.phi_1() : std::pow(filter.share, exposures_between);
   const double phi_2 = has_both ? filter.phi_2() : 0;
   const auto scale = static_cast<float>(1 / (1 - phi_1 - phi_2));
-  const float of_before = static_cast<float>(phi_1) * scale / words_;
-  const float of_two_before = static_cast<float>(phi_2) * scale / words_;
+  const Inverse inverse{scale, static_cast<float>(phi_1) * scale / words_,
+                        static_cast<float>(phi_2) * scale / words_};
   float least = white;
   float greatest = 0;
-  for (std::size_t i = 0; i < image.grey.size(); ++i) {
-    const float shown = image.grey[i];
-    const float seen = scale * shown - of_before * static_cast<float>(before_[i]) -
-                       of_two_before * static_cast<float>(two_before_[i]);
-    two_before_[i] = in_words(shown, words_);
-    image.grey[i] = std::clamp(seen, 0.0F, white);
-    least = std::min(least, image.grey[i]);
-    greatest = std::max(greatest, image.grey[i]);
+  const std::size_t columns = seen_.size();
+  for (int y = 0; y < image.height; ++y) {
+    const std::size_t first = static_cast<std::size_t>(y) * columns;
+    const auto row = std::span(image.grey).subspan(first, columns);
+    undo_row(inverse, first, row);
+    if (ghosts.are_there()) hold_what_moved(ghosts, y, first, row);
+    for (std::size_t x = 0; x < columns; ++x) {
+      two_before_[first + x] = in_words(row[x], words_);
+      row[x] = std::clamp(seen_[x], 0.0F, white);
+      least = std::min(least, row[x]);
+      greatest = std::max(greatest, row[x]);
+    }
   }
   std::swap(before_, two_before_);
   kept_ = exposures_between == 1 ? 2 : 1;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/image/image_measurement.hpp"
+#include "daemon/image/motion_ghosts.hpp"
 #include "drivers/interface/timestamps.hpp"
 
 namespace tubed {
@@ -54,6 +55,9 @@ class TemporalFilterFinder {
   /// As eight images in a row had it, and half of the newest eight still do.
   [[nodiscard]] const TemporalFilter& filter() const { return filter_; }
 
+  /// Where are_there(), the filter averages less where something moves.
+  [[nodiscard]] const MotionGhosts& ghosts() const { return ghosts_; }
+
   /// How many exposures the newest image is after the one before: 1 in the rhythm of those before, 2 or 3
   /// where some are missing in it, 0 where nobody can say.
   [[nodiscard]] int exposures_between() const { return exposures_between_; }
@@ -86,6 +90,7 @@ class TemporalFilterFinder {
   std::vector<float> curved_;                        ///< second differences along rows, of the newest image
   std::array<std::vector<float>, kBefore> changed_;  ///< D of the newest image, of the one before, ...
   std::array<std::vector<float>, kBefore> by_;       ///< scratch: correlations of each block
+  MotionGhosts ghosts_;
 };
 
 /// X_t = (I_t - phi_1 I_{t-1} - phi_2 I_{t-2}) / (1 - phi_1 - phi_2). One a camera; called by one thread;
@@ -97,16 +102,30 @@ class TemporalFilterInverse {
   /// Takes what is of the images before out of the grey values of `image`, which stay within 0 .. `white`,
   /// and keeps what they were for the next one. `exposures_between`: as TemporalFilterFinder has it. With 0,
   /// or without an image before, it is only kept; where I_{t-2} is missing, phi_1 is `share` and phi_2 is 0;
-  /// where I_{t-1} is, the share of what is left of I_{t-n} is that to the power of n.
-  void undo(const TemporalFilter& filter, int exposures_between, float white, ImageMeasurement& image);
+  /// where I_{t-1} is, the share of what is left of I_{t-n} is that to the power of n. `ghosts`, where they
+  /// are there, say where less is undone.
+  void undo(const TemporalFilter& filter, const MotionGhosts& ghosts, int exposures_between, float white,
+            ImageMeasurement& image);
   /// The next image is a first one.
   void forget() { kept_ = 0; }
 
  private:
+  /// seen = scale * shown - of_before * I_{t-1} - of_two_before * I_{t-2}
+  struct Inverse {
+    float scale;
+    float of_before;
+    float of_two_before;
+  };
+
   void keep(std::span<const float> grey);
+  void undo_row(const Inverse& inverse, std::size_t first, std::span<const float> shown);
+  void hold_what_moved(const MotionGhosts& ghosts, int y, std::size_t first, std::span<const float> shown);
 
   std::vector<std::uint16_t> before_;  ///< grey values times words_
   std::vector<std::uint16_t> two_before_;
+  std::vector<float> seen_;  ///< scratch, of one row, as the next two
+  std::vector<float> change_;
+  std::vector<float> weights_;
   float words_ = 1;
   int kept_ = 0;  ///< of the two
 };

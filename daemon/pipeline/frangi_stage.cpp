@@ -80,9 +80,11 @@ void FrangiStage::describe(StageReport& report) const noexcept {
     std::snprintf(report.why.data(), report.why.size(),
                   "tubes are bright on its images: found from where the coils have the tube");
   } else if (newest_rejection_ == ImageRejection::kNone && image_half_.door.averaging().any()) {
-    std::snprintf(report.why.data(), report.why.size(),
-                  "its images are averaged over time, %.0f %% of each are of those before: undone",
-                  100 * image_half_.door.averaging().of_before());
+    std::snprintf(
+        report.why.data(), report.why.size(),
+        "its images are averaged over time, %.0f %% of each are of those before%s",
+        100 * image_half_.door.averaging().of_before(),
+        image_half_.door.averaging_gives_way() ? ", less where something moves: undone" : ": undone");
   } else {
     std::snprintf(report.why.data(), report.why.size(), "%s%s%s", words_of(newest_rejection_),
                   has_words ? ": " : "", has_words ? image_half_.door.geometry_fault() : "");

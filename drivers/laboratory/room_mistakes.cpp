@@ -79,10 +79,13 @@ const std::vector<MistakeKind>& mistake_kinds() {
          if (v.size() > 1) m.field_jump_s = v[1];
        }},
       {"averaging",
-       {{"SHARE", 0, 0.9}},
+       {{"SHARE", 0, 0.9}, {"LIMIT", 0, 100, false, true}},
        "the console averages its pictures over time: so much of the one before stays in each, and what moves "
-       "lags behind",
-       [](M& m, const Values& v) { m.averaging = v[0]; }},
+       "lags behind; with a limit it averages less where something changes by more than so many times noise",
+       [](M& m, const Values& v) {
+         m.averaging = v[0];
+         if (v.size() > 1) m.averaging_limit = v[1];
+       }},
       {"polarity",
        {},
        "pictures come as negatives: the catheter is bright",

@@ -28,8 +28,9 @@ struct RoomMistakes {
   double field_jump_mm = 0;  ///< greatest displacement, in the working volume, by the field that comes anew
   std::optional<double> field_jump_s;  ///< when; nothing: half way through
   double averaging = 0;                ///< share of the pictures before that stays in each picture
-  bool inverts = false;                ///< pictures come as negatives
-  bool mirrors = false;                ///< rows of pictures come from right to left
+  double averaging_limit = 0;   ///< times noise; what changes by more is averaged less; 0: all is alike
+  bool inverts = false;         ///< pictures come as negatives
+  bool mirrors = false;         ///< rows of pictures come from right to left
   bool reverses_coils = false;  ///< sensors are plugged in, or their arc lengths written, in reverse order
   bool flips_coils = false;     ///< measured tangents point away from the tip
 

@@ -76,6 +76,7 @@ RadiographSettings settings_of(const Scenario& scenario, const RoomMistakes& mis
   settings.console = scenario.console;
   if (mistakes.averaging > 0) {
     settings.console.recursive_share = mistakes.averaging;
+    settings.console.recursive_limit = mistakes.averaging_limit;
   }
   const ClutterStates& clutter = scenario.clutter;
   if (clutter.heart_beat || clutter.breathing) {

@@ -62,6 +62,7 @@ void check(const ConsoleSettings& console) {
   within("edge_enhancement", console.edge_enhancement, 0, 10);
   within("edge_width_px", console.edge_width_px, 0.3, 50);
   within("recursive_share", console.recursive_share, 0, 0.9);
+  within("recursive_limit", console.recursive_limit, 0, 100);
   within("table_slope", console.table_slope, 1, 10);
   within("brightness_share", console.brightness_share, 0, 1);
 }

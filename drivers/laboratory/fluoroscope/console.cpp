@@ -10,6 +10,7 @@ namespace tubed {
 namespace {
 
 constexpr std::size_t kSampleStride = 61;  // every so many-th pixel is looked at for the brightness
+constexpr float kMedianOfNoise = 0.6745F;  // of |x|, x ~ N(0, 1)
 
 // Digits of 3 x 5 cells, a row in three bits, the first row highest; ':' and '.' beside them.
 constexpr int kGlyphColumns = 3;
@@ -140,11 +141,39 @@ void Console::filter_in_time(std::span<float> picture) {
     return;
   }
   const float stays = has_filtered_ ? static_cast<float>(settings_.recursive_share) : 0.0F;
-  for (std::size_t i = 0; i < picture.size(); ++i) {
-    picture[i] += stays * (filtered_[i] - picture[i]);
+  if (has_filtered_ && settings_.recursive_limit > 0) {
+    filter_what_stands_still(picture);
+  } else {
+    for (std::size_t i = 0; i < picture.size(); ++i) {
+      picture[i] += stays * (filtered_[i] - picture[i]);
+    }
   }
   std::copy(picture.begin(), picture.end(), filtered_.begin());
   has_filtered_ = true;
+}
+
+/// What has changed is judged by five pixels of a row, noise by the median of that.
+void Console::filter_what_stands_still(std::span<float> picture) {
+  constexpr std::size_t kBeside = 2;
+  std::span<float> change = blurred_;
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const std::size_t from = std::max(i, kBeside) - kBeside;
+    const std::size_t to = std::min(i + kBeside + 1, picture.size());
+    float sum = 0;
+    for (std::size_t k = from; k < to; ++k) sum += picture[k] - filtered_[k];
+    change[i] = std::abs(sum) / static_cast<float>(to - from);
+  }
+  sample_.clear();
+  for (std::size_t i = 0; i < change.size(); i += kSampleStride) sample_.push_back(change[i]);
+  const auto middle = sample_.begin() + static_cast<std::ptrdiff_t>(sample_.size() / 2);
+  std::nth_element(sample_.begin(), middle, sample_.end());
+  const float limit =
+      std::max(1e-9F, *middle / kMedianOfNoise * static_cast<float>(settings_.recursive_limit));
+  const auto stays = static_cast<float>(settings_.recursive_share);
+  for (std::size_t i = 0; i < picture.size(); ++i) {
+    const float square = change[i] * change[i] / (limit * limit);
+    picture[i] += stays / (1 + square * square) * (filtered_[i] - picture[i]);
+  }
 }
 
 void Console::enhance_edges(std::span<float> picture) {

@@ -39,6 +39,7 @@ class Console {
  private:
   void follow_brightness(float dark, float bright, std::span<float> picture);
   void filter_in_time(std::span<float> picture);
+  void filter_what_stands_still(std::span<float> picture);
   void enhance_edges(std::span<float> picture);
   void apply_table(float dark, float bright, std::span<float> picture) const;
 

@@ -78,6 +78,9 @@ struct ConsoleSettings {
   double edge_width_px = 2;  ///< standard deviation
   /// Temporal filter: share of the pictures before that stays, 0 .. 0.9. What moves leaves a ghost.
   double recursive_share = 0;
+  /// Where a change is so many times that of noise, half of the share is left, beyond it hardly any: what
+  /// moves is shown as it is. 0: the share is the same everywhere.
+  double recursive_limit = 0;
   /// Slope of the S-shaped table of grey values at the middle, 1: a straight line.
   double table_slope = 1;
   /// Automatic brightness: which share of a change of the picture's median is taken back with each exposure,

@@ -114,6 +114,15 @@ TEST(SimulatedRun, AveragedPicturesThatAreKeptAreAMistake) {
   EXPECT_NE(found[0].advice.find("time_averaging"), std::string::npos) << found[0].advice;
 }
 
+TEST(SimulatedRun, AConsoleThatAveragesLessWhereSomethingMovesIsFoundInItsPictures) {
+  SimulatedRun run = run_with({"averaging=0.8,4"});
+  run.every = 6;
+  const std::vector<RecordingFinding> found = check_averaging(written(run, "averaging-gives-way"));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].verdict, RecordingFinding::Verdict::kFine);
+  EXPECT_NE(found[0].evidence.find("less where something moves"), std::string::npos) << found[0].evidence;
+}
+
 TEST(SimulatedRun, PicturesChangeWithWhatIsDoneToThemAndToTheView) {
   EXPECT_FALSE(changes_pictures(run_with({"registration=6,2", "focal=1.1", "clock=20"})));
   EXPECT_TRUE(changes_pictures(run_with({"polarity"})));

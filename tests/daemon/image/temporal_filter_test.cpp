@@ -8,79 +8,21 @@
 #include <vector>
 
 #include "daemon/image/image_checks.hpp"
+#include "tests/daemon/image/console_images.hpp"
 
 namespace tubed {
 namespace {
 
-constexpr int kWidth = 200;
-constexpr int kHeight = 300;
-constexpr float kWhite = 255;
-constexpr double kRounded = 1;
-constexpr int kEnough = 20;  // images, to find a filter
-
-using Picture = std::vector<float>;
-
-/// What a detector sees, exposure after exposure: noise over a still background, and before it a tube that
-/// moves across by some pixels an exposure.
-class Detector {
- public:
-  explicit Detector(double noise = 8, int bands = 1) : noise_(0, static_cast<float>(noise)), bands_(bands) {}
-
-  Picture expose() {
-    Picture picture(static_cast<std::size_t>(kWidth * kHeight));
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        const float still = 120 + 30 * std::sin(0.08F * static_cast<float>(x)) + (x / 40 % 2 == 0 ? 10 : 0);
-        picture[static_cast<std::size_t>(y * kWidth + x)] = still - shade(x) + noise_(random_);
-      }
-    }
-    ++exposures_;
-    return picture;
-  }
-
- private:
-  [[nodiscard]] float shade(int x) const {
-    float sum = 0;
-    for (int band = 0; band < bands_; ++band) {
-      const int at = (40 + 60 * band + 3 * exposures_) % kWidth;
-      sum += std::abs(x - at) < 3 ? 25 : 0;
-    }
-    return sum;
-  }
-
-  std::mt19937 random_{7};
-  std::normal_distribution<float> noise_;
-  int bands_;
-  int exposures_ = 0;
-};
-
-/// Shows a share of what it has shown before, in whole grey values.
-class RecursiveConsole {
- public:
-  explicit RecursiveConsole(double share) : share_(static_cast<float>(share)) {}
-
-  Picture show(const Picture& seen) {
-    kept_ = kept_.empty() ? seen : kept_;
-    Picture shown(seen.size());
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      kept_[i] += (1 - share_) * (seen[i] - kept_[i]);
-      shown[i] = std::round(std::clamp(kept_[i], 0.0F, kWhite));
-    }
-    return shown;
-  }
-
- private:
-  float share_;
-  Picture kept_;
-};
-
-MonotonicTime at_s(double t_s) { return from_ns(1'000'000'000 + std::llround(1e9 * t_s)); }
+const MotionGhosts& no_ghosts() {
+  static const MotionGhosts none(kConsoleWidth, kConsoleHeight, 1);
+  return none;
+}
 
 /// Of a console's first images, in an even rhythm.
 double found_of_before(double share, double noise = 8, int bands = 1) {
   Detector detector(noise, bands);
   RecursiveConsole console(share);
-  TemporalFilterFinder finder(kWidth, kHeight);
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < kEnough; ++k) {
     finder.look_at(console.show(detector.expose()), at_s(k / 15.0), kRounded);
   }
@@ -111,11 +53,11 @@ TEST(TemporalFilterFinder, WhereThereIsNoNoiseNothingIsSaid) { EXPECT_EQ(found_o
 // with that of two before.
 TEST(TemporalFilterFinder, AMovingAverageIsNone) {
   Detector detector;
-  TemporalFilterFinder finder(kWidth, kHeight);
-  Picture before = detector.expose();
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
+  ConsolePicture before = detector.expose();
   for (int k = 0; k < kEnough; ++k) {
-    Picture seen = detector.expose();
-    Picture shown(seen.size());
+    ConsolePicture seen = detector.expose();
+    ConsolePicture shown(seen.size());
     for (std::size_t i = 0; i < seen.size(); ++i) shown[i] = std::round((seen[i] + before[i]) / 2);
     before = std::move(seen);
     finder.look_at(shown, at_s(k / 15.0), kRounded);
@@ -127,11 +69,11 @@ TEST(TemporalFilterFinder, NoneAreImagesThatAGrabberTakesTwiceWithNoiseOfItsOwn)
   Detector detector;
   std::mt19937 random(9);
   std::normal_distribution<float> noise(0, 2);
-  TemporalFilterFinder finder(kWidth, kHeight);
-  Picture seen;
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
+  ConsolePicture seen;
   for (int k = 0; k < 2 * kEnough; ++k) {
     seen = k % 2 == 0 ? detector.expose() : seen;
-    Picture shown(seen.size());
+    ConsolePicture shown(seen.size());
     for (std::size_t i = 0; i < seen.size(); ++i) shown[i] = std::round(seen[i] + noise(random));
     finder.look_at(shown, at_s(k / 30.0), kRounded);
     EXPECT_EQ(finder.filter().share, 0);
@@ -141,9 +83,9 @@ TEST(TemporalFilterFinder, NoneAreImagesThatAGrabberTakesTwiceWithNoiseOfItsOwn)
 TEST(TemporalFilterFinder, AFilterThatIsTurnedOffIsForgotten) {
   Detector detector;
   RecursiveConsole console(0.6);
-  TemporalFilterFinder finder(kWidth, kHeight);
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < 2 * kEnough; ++k) {
-    const Picture seen = detector.expose();
+    const ConsolePicture seen = detector.expose();
     finder.look_at(k < kEnough ? console.show(seen) : seen, at_s(k / 15.0), kRounded);
     if (k == kEnough - 1) {
       EXPECT_NEAR(finder.filter().share, 0.6, 0.03);
@@ -156,11 +98,11 @@ TEST(TemporalFilterFinder, SoIsOneOfWhichImagesNoLongerAgree) {
   Detector detector;
   RecursiveConsole console(0.6);
   RecursiveConsole weaker(0.1);
-  TemporalFilterFinder finder(kWidth, kHeight);
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < 2 * kEnough; ++k) {
-    const Picture seen = detector.expose();
-    const Picture strongly = console.show(seen);
-    const Picture weakly = weaker.show(seen);
+    const ConsolePicture seen = detector.expose();
+    const ConsolePicture strongly = console.show(seen);
+    const ConsolePicture weakly = weaker.show(seen);
     finder.look_at(k < kEnough || k % 3 == 0 ? strongly : weakly, at_s(k / 15.0), kRounded);
     if (k == kEnough - 1) {
       EXPECT_TRUE(finder.filter().any());
@@ -171,7 +113,7 @@ TEST(TemporalFilterFinder, SoIsOneOfWhichImagesNoLongerAgree) {
 
 TEST(TemporalFilterFinder, MissingExposuresArePutDownToTheRhythm) {
   Detector detector;
-  TemporalFilterFinder finder(kWidth, kHeight);
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
   const auto between = [&](double t_s) {
     finder.look_at(detector.expose(), at_s(t_s), kRounded);
     return finder.exposures_between();
@@ -228,7 +170,7 @@ TEST(TemporalFilterFinder, TheLagOfADetectorIsToldFromTheConsoles) {
   Detector detector;
   RecursiveConsole lag(0.25);
   RecursiveConsole console(0.6);
-  TemporalFilterFinder finder(kWidth, kHeight);
+  TemporalFilterFinder finder(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < kEnough; ++k) {
     finder.look_at(console.show(lag.show(detector.expose())), at_s(k / 15.0), kRounded);
   }
@@ -241,16 +183,16 @@ TEST(TemporalFilterInverse, UndoesTwoSharesAtOnce) {
   Detector detector;
   RecursiveConsole lag(0.25);
   RecursiveConsole console(0.6);
-  TemporalFilterInverse inverse(kWidth, kHeight);
+  TemporalFilterInverse inverse(kConsoleWidth, kConsoleHeight);
   ImageMeasurement image;
-  image.reserve(kWidth, kHeight);
+  image.reserve(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < 6; ++k) {
-    const Picture seen = detector.expose();
+    const ConsolePicture seen = detector.expose();
     image.grey = console.show(lag.show(seen));
-    inverse.undo({0.6, 0.25}, k == 0 ? 0 : 1, kWhite, image);
+    inverse.undo({0.6, 0.25}, no_ghosts(), k == 0 ? 0 : 1, kWhite, image);
     double square = 0;
     for (std::size_t i = 0; i < seen.size(); ++i) square += std::pow(image.grey[i] - seen[i], 2);
-    const double rms = std::sqrt(square / (kWidth * kHeight));
+    const double rms = std::sqrt(square / (kConsoleWidth * kConsoleHeight));
     if (k > 1) {
       EXPECT_LT(rms, 0.29 * (1.0 / (0.4 * 0.75) * 1.5 + 1.5 / 0.75)) << "rounded twice";
     }
@@ -260,21 +202,21 @@ TEST(TemporalFilterInverse, UndoesTwoSharesAtOnce) {
 TEST(TemporalFilterInverse, AnImageThatIsMissingLeavesTheSquareOfTheShare) {
   constexpr double kShare = 0.6;
   RecursiveConsole console(kShare);
-  TemporalFilterInverse inverse(kWidth, kHeight);
+  TemporalFilterInverse inverse(kConsoleWidth, kConsoleHeight);
   ImageMeasurement image;
-  image.reserve(kWidth, kHeight);
+  image.reserve(kConsoleWidth, kConsoleHeight);
   const auto shown = [&](float grey) {
-    image.grey = console.show(Picture(static_cast<std::size_t>(kWidth * kHeight), grey));
+    image.grey = console.show(ConsolePicture(static_cast<std::size_t>(kConsoleWidth * kConsoleHeight), grey));
   };
   shown(100);
-  inverse.undo({kShare, 0}, 0, kWhite, image);
+  inverse.undo({kShare, 0}, no_ghosts(), 0, kWhite, image);
   shown(100);
   shown(180);
-  inverse.undo({kShare, 0}, 2, kWhite, image);
+  inverse.undo({kShare, 0}, no_ghosts(), 2, kWhite, image);
   // Two exposures, of which the older one counts for 0.6.
   EXPECT_NEAR(image.grey[0], (180 + kShare * 100) / (1 + kShare), 1.5);
   shown(180);
-  inverse.undo({kShare, 0}, 1, kWhite, image);
+  inverse.undo({kShare, 0}, no_ghosts(), 1, kWhite, image);
   EXPECT_NEAR(image.grey[0], 180, 2);
 }
 
@@ -282,13 +224,13 @@ TEST(TemporalFilterInverse, GivesWhatTheDetectorSaw) {
   constexpr double kShare = 0.6;
   Detector detector;
   RecursiveConsole console(kShare);
-  TemporalFilterInverse inverse(kWidth, kHeight);
+  TemporalFilterInverse inverse(kConsoleWidth, kConsoleHeight);
   ImageMeasurement image;
-  image.reserve(kWidth, kHeight);
+  image.reserve(kConsoleWidth, kConsoleHeight);
   for (int k = 0; k < 5; ++k) {
-    const Picture seen = detector.expose();
+    const ConsolePicture seen = detector.expose();
     image.grey = console.show(seen);
-    inverse.undo({kShare, 0}, k == 0 ? 0 : 1, kWhite, image);
+    inverse.undo({kShare, 0}, no_ghosts(), k == 0 ? 0 : 1, kWhite, image);
     double off = 0;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       off = std::max(off, static_cast<double>(std::abs(image.grey[i] - std::clamp(seen[i], 0.0F, kWhite))));
@@ -302,32 +244,9 @@ TEST(TemporalFilterInverse, GivesWhatTheDetectorSaw) {
   }
 }
 
-/// Mean square of what the grey values of a console's image are off what the detector saw, after kEnough
-/// images.
 double square_off(TimeAveraging what_is_done, double missing_s) {
-  CameraCalibration camera;
-  camera.width = kWidth;
-  camera.height = kHeight;
-  camera.time_averaging = what_is_done;
-  ImageDoor door(camera);
-  ImageMeasurement measurement;
-  measurement.reserve(kWidth, kHeight);
-  Detector detector;
-  RecursiveConsole console(0.6);
-  ImageFrame frame;
-  frame.reserve(kWidth, kHeight);
-  double off = 0;
-  for (int k = 0; k <= kEnough; ++k) {
-    const Picture seen = detector.expose();
-    const Picture shown = console.show(seen);
-    std::ranges::transform(shown, frame.pixels.begin(),
-                           [](float grey) { return static_cast<std::uint8_t>(grey); });
-    measurement.exposure = at_s(k / 15.0 + (k == kEnough ? missing_s : 0));
-    EXPECT_EQ(door.take(frame, measurement), ImageRejection::kNone);
-    off = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i) off += std::pow(measurement.grey[i] - seen[i], 2);
-  }
-  return off / (kWidth * kHeight);
+  ImageDoor door(camera_of(what_is_done));
+  return square_off(door, Detector(), RecursiveConsole(0.6), kEnough, missing_s);
 }
 
 TEST(ImageDoor, UndoesWhatAConsoleHasAveraged) {

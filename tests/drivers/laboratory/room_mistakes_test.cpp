@@ -52,7 +52,7 @@ TEST(RoomMistakes, AreReadFromWords) {
   const RoomMistakes mistakes =
       parse_mistakes(mistake_words(" registration=6,2.5 offsets=-5\toffset=2,3 offset=4,-1 focal=1.08 "
                                    "pose=3,0.5 clock=-150 field-jump=4,12 "
-                                   "averaging=0.7 polarity mirrored coil-order coil-direction "));
+                                   "averaging=0.7,4 polarity mirrored coil-order coil-direction "));
   EXPECT_EQ(mistakes.registration_mm, 6);
   EXPECT_EQ(mistakes.registration_deg, 2.5);
   EXPECT_EQ(mistakes.offsets_mm, -5);
@@ -65,6 +65,8 @@ TEST(RoomMistakes, AreReadFromWords) {
   EXPECT_EQ(mistakes.field_jump_mm, 4);
   EXPECT_EQ(mistakes.field_jump_s, 12);
   EXPECT_EQ(mistakes.averaging, 0.7);
+  EXPECT_EQ(mistakes.averaging_limit, 4);
+  EXPECT_EQ(parse_mistakes({"averaging=0.7"}).averaging_limit, 0);
   EXPECT_TRUE(mistakes.inverts && mistakes.mirrors && mistakes.reverses_coils && mistakes.flips_coils);
   EXPECT_FALSE(parse_mistakes({"field-jump=4"}).field_jump_s);
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "idl/geometry/image_mask.hpp"
 #include "tests/drivers/laboratory/fluoroscope/small_patient.hpp"
@@ -81,6 +82,25 @@ TEST(Console, ABandThatHasGoneLeavesAGhostOfTheRecursiveShare) {
   std::vector<float> third = band(1, 0);
   console.process(kDark, kBright, third);
   EXPECT_NEAR(third[at(60, 50)], 1 + 0.4 * 0.4 * 0.5, 1e-5);
+}
+
+TEST(Console, AFilterWithALimitShowsWhatMovesAsItIs) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise(0, 0.02F);
+  ConsoleSettings settings;
+  settings.recursive_share = 0.8;
+  settings.recursive_limit = 4;
+  Console console(settings, kWidth, kHeight);
+  std::vector<float> picture;
+  for (int exposure = 0; exposure < 20; ++exposure) {
+    picture = band(1, exposure < 19 ? 0.5F : 0);
+    for (float& value : picture) value += noise(random);
+    console.process(kDark, kBright, picture);
+  }
+  EXPECT_NEAR(picture[at(60, 50)], 1, 0.1) << "no ghost where the band was";
+  double square = 0;
+  for (int y = 0; y < kHeight; ++y) square += std::pow(picture[at(20, y)] - 1, 2) / kHeight;
+  EXPECT_NEAR(std::sqrt(square), 0.02 / 3, 0.02 / 15) << "and a third of the noise where nothing was";
 }
 
 TEST(Console, TheTableKeepsItsEndsAndIsSteeperAtTheMiddle) {
