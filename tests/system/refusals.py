@@ -1,4 +1,5 @@
 """What the daemon refuses, and how it says so."""
+import collections
 import os
 import pathlib
 import re
@@ -6,7 +7,7 @@ import subprocess
 import time
 
 import bed as beds
-from bed import check, is_fused, say
+from bed import check, is_fused, need_real_time, say
 
 EXIT_UNAVAILABLE, EXIT_CONFIGURATION = 69, 78  # sysexits.h
 # Root without the right to real-time scheduling: neither the capability nor the limit.
@@ -64,6 +65,39 @@ def granted_real_time_scheduling_is_used(bed):
     check(policies["frangi-A"][0] == 0, f"frangi-A was not asked to be real-time and is {policies['frangi-A']}")
 
 
+def a_real_time_daemon_keeps_its_programs_in_memory_and_no_library_that_nobody_calls(bed):
+    need_real_time()
+    subscriber = bed.subscribe()
+    daemon = bed.start_daemon(asks_for_real_time(bed, "optional"))
+    check(comes_up(subscriber, daemon), f"the daemon did not come up: {daemon.words()}")
+    if "locking the memory refused" in daemon.words():
+        raise beds.Skip("this user may not lock memory here")
+    mappings = mappings_of(daemon.process.pid)
+    programs = [m for m in mappings if m.may == "r-xp" and re.search(r"/(tubed$|libc\.so|libstdc\+\+|libddsc)", m.line)]
+    check(len(programs) == 4, f"where are the programs: {[m.line for m in programs]}")
+    for m in programs:
+        check(m.resident_kb == m.size_kb and m.locked_kb > 0, f"{m.line}: {m.resident_kb} kB of {m.size_kb} kB are resident, {m.locked_kb} kB locked")
+    idle = [m for m in mappings if m.may == "r-xp" and re.search(r"/lib(lapack|openblas|gfortran|cholmod)", m.line)]
+    size_kb, resident_kb = (sum(getattr(m, name) for m in idle) for name in ("size_kb", "resident_kb"))
+    check(resident_kb < size_kb / 4 or not idle, f"{resident_kb} kB of {size_kb} kB that nobody calls are resident")
+    stacks = [m for m in mappings if m.may == "rw-p" and m.size_kb >= 8000 and m.resident_kb > m.size_kb / 2 and len(m.line.split()) == 5]
+    check(not stacks, f"stacks, or what else: {[m.line for m in stacks]}")
+    say(f"{sum(m.resident_kb for m in mappings) / 1024:.0f} MB are resident")
+
+
+Mapping = collections.namedtuple("Mapping", "line may size_kb resident_kb locked_kb")
+
+
+def mappings_of(pid):
+    found = []
+    for line in pathlib.Path(f"/proc/{pid}/smaps").read_text().splitlines():
+        if re.match(r"[0-9a-f]+-[0-9a-f]+ ", line):
+            found.append({"line": line, "may": line.split()[1]})
+        elif field := re.match(r"(Size|Rss|Locked): +(\d+) kB", line):
+            found[-1][{"Size": "size_kb", "Rss": "resident_kb", "Locked": "locked_kb"}[field[1]]] = int(field[2])
+    return [Mapping(**mapping) for mapping in found]
+
+
 def comes_up(subscriber, daemon):
     until = time.monotonic() + 10 * beds.TIME_FACTOR
     while time.monotonic() < until and daemon.process.poll() is None:
@@ -119,5 +153,6 @@ def what_this_machine_does_not_have_is_found_by_the_check(bed):
 if __name__ == "__main__":
     beds.main(refused_real_time_scheduling_is_an_error_when_required,
               refused_real_time_scheduling_is_a_warning_when_optional, granted_real_time_scheduling_is_used,
+              a_real_time_daemon_keeps_its_programs_in_memory_and_no_library_that_nobody_calls,
               an_unknown_network_interface_is_an_error, a_missing_configuration_is_an_error,
               what_this_machine_does_not_have_is_found_by_the_check)
