@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 9> kIdleLibraries{
     "/liblapack.so",   "/libblas.so",    "/libatlas.so", "/libopenblas", "/libgfortran.so",
     "/libquadmath.so", "/libcholmod.so", "/libmetis.so", "/libspqr.so"};
 
-/// What follows `begin` and `end` of a line of /proc/self/maps.
+/// Of a line of /proc/self/maps.
 struct Mapping {
   void* begin = nullptr;
   void* end = nullptr;

@@ -43,8 +43,8 @@ class ImageDoor {
   /// geometry where one is required and none that cannot be (refusal_of()), not bit by bit equal to the image
   /// before, not saturated (more than half of the pixels at the white level), not even (spread of less than a
   /// 255th of the white level). What a console has averaged over time is taken apart again, unless the
-  /// camera keeps it: see TemporalFilterFinder. A linear
-  /// detector's are copied as logarithms: see LogTable. `measurement` says when it was exposed.
+  /// camera keeps it: see TemporalFilterFinder. A linear detector's are copied as logarithms: see LogTable.
+  /// `measurement` says when it was exposed.
   ImageRejection take(const ImageFrame& frame, ImageMeasurement& measurement);
 
   /// What is wrong with the geometry of the newest image that was refused for it.

@@ -8,7 +8,7 @@ namespace tubed {
 
 namespace {
 
-constexpr int kSmooth_px = 2;             // to either side: noise counts less
+constexpr std::size_t kSmooth_px = 2;     // to either side: noise counts less
 constexpr int kAround_px = 8;             // to either side: more than the tube's width
 constexpr float kMoved = 7;               // standard deviations of noise
 constexpr float kHalfUndone = 8;          // the same, of what is undone once they are found
@@ -16,7 +16,7 @@ constexpr double kGhost = 0.5;            // of what undoing adds to a change, b
 constexpr int kMinMoved = 8;              // pixels on each side, for an image to say something
 constexpr int kMinImages = 8;             // that have said something
 constexpr double kNewest = 0.1;           // what the newest image counts
-constexpr double kGhostsAreThere = 0.25;  // share on both sides; 0.1 and less where the filter is everywhere
+constexpr double kGhostsAreThere = 0.25;  // share on both sides
 constexpr double kGhostsAreGone = 0.15;
 constexpr float kMedian = 0.6745F;  // of |x|, x ~ N(0, 1)
 constexpr float kMinNoise = 0.15F;  // grey steps
@@ -27,12 +27,23 @@ float middle_of(std::span<float> values) {
   return *middle;
 }
 
-float mean_around(std::span<const float> row, int x) {
-  const auto from = static_cast<std::size_t>(std::max(0, x - kSmooth_px));
-  const std::size_t to = std::min(row.size(), static_cast<std::size_t>(x + kSmooth_px + 1));
+float mean_around(std::span<const float> row, std::size_t x) {
+  const std::size_t first = std::max(x, kSmooth_px) - kSmooth_px;
+  const std::size_t last = std::min(row.size(), x + kSmooth_px + 1);
   float sum = 0;
-  for (std::size_t k = from; k < to; ++k) sum += row[k];
-  return sum / static_cast<float>(to - from);
+  for (std::size_t k = first; k < last; ++k) sum += row[k];
+  return sum / static_cast<float>(last - first);
+}
+
+/// Means of five neighbours, of fewer at the ends. Preconditions: as many in both, other memory.
+void smooth(std::span<const float> row, std::span<float> to) {
+  const std::size_t count = row.size();
+  for (std::size_t x = 0; x < std::min(kSmooth_px, count); ++x) to[x] = mean_around(row, x);
+  for (std::size_t x = kSmooth_px; x + kSmooth_px < count; ++x) {
+    to[x] = 0.2F * (row[x - 2] + row[x - 1] + row[x] + row[x + 1] + row[x + 2]);
+  }
+  for (std::size_t x = std::max(count, 2 * kSmooth_px) - kSmooth_px; x < count; ++x)
+    to[x] = mean_around(row, x);
 }
 
 }  // namespace
@@ -59,17 +70,13 @@ void MotionGhosts::look_at(std::span<const float> grey, bool follows, double sha
   const bool compares = has_before_ && follows;
   std::size_t row = 0;
   for (int y = 0; y < height_; y += stride_, ++row) {
-    smooth(grey.subspan(static_cast<std::size_t>(y) * columns, columns));
+    smooth(grey.subspan(static_cast<std::size_t>(y) * columns, columns), row_);
     const auto before = std::span(before_).subspan(row * columns, columns);
     if (compares) look_at_row(before, row * (columns / kBlock_px), share);
     std::ranges::copy(row_, before.begin());
   }
   if (compares) judge();
   has_before_ = true;
-}
-
-void MotionGhosts::smooth(std::span<const float> row) {
-  for (int x = 0; x < width_; ++x) row_[static_cast<std::size_t>(x)] = mean_around(row, x);
 }
 
 // Noise is not the same in dark and in bright places.
@@ -104,16 +111,17 @@ void MotionGhosts::look_at_pixel(int x, float change, double share) {
 }
 
 void MotionGhosts::weigh(int y, std::span<const float> change, std::span<float> weights) const {
+  smooth(change, weights);
   const int blocks = width_ / kBlock_px;
   const float* const noise = &noise_[static_cast<std::size_t>(y / stride_ * blocks)];
   for (int block = 0; block < blocks; ++block) {
     const int first = block * kBlock_px;
     const int last = block + 1 < blocks ? first + kBlock_px : width_;
     const float limit = kHalfUndone * std::max(noise[block], min_noise_);
-    for (int x = first; x < last; ++x) {
-      const float at_limit = mean_around(change, x) / limit;
-      const float square = at_limit * at_limit;
-      weights[static_cast<std::size_t>(x)] = 1 / (1 + square * square);
+    for (float& weight :
+         weights.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first))) {
+      const float square = weight * weight / (limit * limit);
+      weight = 1 / (1 + square * square);
     }
   }
 }

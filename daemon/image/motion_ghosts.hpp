@@ -40,7 +40,6 @@ class MotionGhosts {
     double share = 0;  ///< of ghosts, in the mean of the newest images
   };
 
-  void smooth(std::span<const float> row);
   void look_at_row(std::span<const float> before, std::size_t first_block, double share);
   void look_at_pixel(int x, float change, double share);
   void judge();
