@@ -17,8 +17,7 @@ namespace tubed {
 
 namespace {
 
-/// Direct solvers of linear systems: Ceres is linked with them, and tubed asks for none of them. A third of
-/// all pages of programs and libraries.
+/// Direct solvers of linear systems, and what they need: Ceres is linked with them, and tubed asks for none.
 constexpr std::array<std::string_view, 9> kIdleLibraries{
     "/liblapack.so",   "/libblas.so",    "/libatlas.so", "/libopenblas", "/libgfortran.so",
     "/libquadmath.so", "/libcholmod.so", "/libmetis.so", "/libspqr.so"};
@@ -63,6 +62,7 @@ std::string lock_memory() {
     return "locking the memory refused (" + std::generic_category().message(errno) +
            "); raise RLIMIT_MEMLOCK (LimitMEMLOCK=infinity in the unit, or ulimit -l unlimited)";
   }
+  // Nothing is lost where this is refused: what is not fetched now is locked from its first use on.
   for_each_mapping([](const std::string& line, const Mapping& mapping) {
     if (is_fetched(line, mapping)) mlock(mapping.begin, mapping.size());
   });

@@ -15,9 +15,9 @@ class TubeBesideViews {
  public:
   /// Images were measured, and any of the shapes lay within one of them, or none did.
   void saw(MonotonicTime exposure, bool in_view) {
-    if (in_view || to_ns(since_) == 0) since_ = exposure;
-    newest_ = exposure;
     images_ = in_view ? 0 : images_ + 1;
+    if (images_ == 1) since_ = exposure;
+    newest_ = exposure;
   }
 
   /// One sentence for a person, zero-terminated and cut to the size of `words`. False, and nothing is
@@ -27,7 +27,7 @@ class TubeBesideViews {
     std::snprintf(
         words.data(), words.size(),
         "the tube has lain outside every image for %.0f s, by T_camera_world and T_world_em; if the images "
-        "do show it, one of these is wrong: `tubectl check` of a recording finds which",
+        "do show it, one of these is wrong: `tubectl check` of a recording looks for which",
         seconds_between(since_, newest_));
     return true;
   }
@@ -36,9 +36,9 @@ class TubeBesideViews {
   static constexpr int kMinImages = 10;
   static constexpr std::chrono::seconds kAtLeast{5};
 
-  MonotonicTime since_{};  ///< the last that showed a part of it, or the first of all
+  MonotonicTime since_{};  ///< the first of the images beside it
   MonotonicTime newest_{};
-  int images_ = 0;
+  int images_ = 0;  ///< beside it, one after the other
 };
 
 }  // namespace tubed

@@ -73,6 +73,7 @@ def a_real_time_daemon_keeps_its_programs_in_memory_and_no_library_that_nobody_c
     if "locking the memory refused" in daemon.words():
         raise beds.Skip("this user may not lock memory here")
     mappings = mappings_of(daemon.process.pid)
+    say(f"{sum(m.resident_kb for m in mappings) / 1024:.0f} MB are resident")
     programs = [m for m in mappings if m.may == "r-xp" and re.search(r"/(tubed$|libc\.so|libstdc\+\+|libddsc)", m.line)]
     check(len(programs) == 4, f"where are the programs: {[m.line for m in programs]}")
     for m in programs:
@@ -82,7 +83,6 @@ def a_real_time_daemon_keeps_its_programs_in_memory_and_no_library_that_nobody_c
     check(resident_kb < size_kb / 4 or not idle, f"{resident_kb} kB of {size_kb} kB that nobody calls are resident")
     stacks = [m for m in mappings if m.may == "rw-p" and m.size_kb >= 8000 and m.resident_kb > m.size_kb / 2 and len(m.line.split()) == 5]
     check(not stacks, f"stacks, or what else: {[m.line for m in stacks]}")
-    say(f"{sum(m.resident_kb for m in mappings) / 1024:.0f} MB are resident")
 
 
 Mapping = collections.namedtuple("Mapping", "line may size_kb resident_kb locked_kb")

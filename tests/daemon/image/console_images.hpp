@@ -135,6 +135,7 @@ double square_off(ImageDoor& door, Detector detector, Console console, int image
   return off / (kConsoleWidth * kConsoleHeight);
 }
 
+/// Of the view that such images are of.
 inline CameraCalibration camera_of(TimeAveraging time_averaging) {
   CameraCalibration camera;
   camera.width = kConsoleWidth;

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <vector>
 
 #include "daemon/image/image_checks.hpp"
@@ -16,60 +13,54 @@ namespace {
 constexpr double kNoise = 4;
 constexpr int kEveryRow = 4;
 
-/// What so many images of a console are said to be, in an even rhythm.
+/// A console's images, in an even rhythm.
 template <typename Console>
-bool ghosts_after(int images, Console console, double share, double noise = kNoise) {
-  Detector detector(noise);
-  MotionGhosts ghosts(kConsoleWidth, kConsoleHeight, kEveryRow);
-  for (int k = 0; k < images; ++k) ghosts.look_at(console.show(detector.expose()), true, share, kRounded);
-  return ghosts.are_there();
-}
+struct Room {
+  explicit Room(Console its, double noise = kNoise, int bands = 1) : detector(noise, bands), console(its) {}
+
+  /// Whether there are ghosts after so many more of them.
+  bool ghosts_after(int images, double share, bool follow = true) {
+    for (int k = 0; k < images; ++k) ghosts.look_at(console.show(detector.expose()), follow, share, kRounded);
+    return ghosts.are_there();
+  }
+
+  Detector detector;
+  Console console;
+  MotionGhosts ghosts{kConsoleWidth, kConsoleHeight, kEveryRow};
+};
 
 TEST(MotionGhosts, AFilterThatIsTheSameEverywhereWouldLeaveNone) {
   for (const double share : {0.3, 0.5, 0.8}) {
-    EXPECT_FALSE(ghosts_after(40, RecursiveConsole(share), share)) << share;
-    EXPECT_FALSE(ghosts_after(40, RecursiveConsole(share), share, 1)) << share << ", little noise";
+    EXPECT_FALSE(Room(RecursiveConsole(share)).ghosts_after(40, share)) << share;
+    EXPECT_FALSE(Room(RecursiveConsole(share), 1).ghosts_after(40, share)) << share << ", little noise";
   }
 }
 
 TEST(MotionGhosts, OneThatGivesWayWhereSomethingMovesWouldLeaveThem) {
   for (const double share : {0.6, 0.7, 0.8}) {
-    EXPECT_TRUE(ghosts_after(40, GatedConsole(share, kNoise), share)) << share;
+    EXPECT_TRUE(Room(GatedConsole(share, kNoise)).ghosts_after(40, share)) << share;
   }
 }
 
 TEST(MotionGhosts, AFewImagesAreNotEnough) {
-  EXPECT_FALSE(ghosts_after(8, GatedConsole(0.8, kNoise), 0.8));
-  EXPECT_TRUE(ghosts_after(30, GatedConsole(0.8, kNoise), 0.8));
+  Room room(GatedConsole(0.8, kNoise));
+  EXPECT_FALSE(room.ghosts_after(8, 0.8));
+  EXPECT_TRUE(room.ghosts_after(22, 0.8));
 }
 
 TEST(MotionGhosts, WhereNothingMovesThereAreNone) {
-  Detector detector(kNoise, 0);
-  GatedConsole console(0.8, kNoise);
-  MotionGhosts ghosts(kConsoleWidth, kConsoleHeight, kEveryRow);
-  for (int k = 0; k < 40; ++k) ghosts.look_at(console.show(detector.expose()), true, 0.8, kRounded);
-  EXPECT_FALSE(ghosts.are_there());
+  EXPECT_FALSE(Room(GatedConsole(0.8, kNoise), kNoise, 0).ghosts_after(40, 0.8));
 }
 
-// Over a missing exposure a tube has moved as far as it would have faded.
 TEST(MotionGhosts, OnlyImagesThatFollowEachOtherAreCompared) {
-  Detector detector(kNoise);
-  GatedConsole console(0.8, kNoise);
-  MotionGhosts ghosts(kConsoleWidth, kConsoleHeight, kEveryRow);
-  for (int k = 0; k < 40; ++k) ghosts.look_at(console.show(detector.expose()), false, 0.8, kRounded);
-  EXPECT_FALSE(ghosts.are_there());
+  EXPECT_FALSE(Room(GatedConsole(0.8, kNoise)).ghosts_after(40, 0.8, false));
 }
 
 TEST(MotionGhosts, AreForgottenWithTheFilter) {
-  Detector detector(kNoise);
-  GatedConsole console(0.8, kNoise);
-  MotionGhosts ghosts(kConsoleWidth, kConsoleHeight, kEveryRow);
-  for (int k = 0; k < 20; ++k) ghosts.look_at(console.show(detector.expose()), true, 0.8, kRounded);
-  EXPECT_TRUE(ghosts.are_there());
-  ghosts.look_at(detector.expose(), true, 0, kRounded);
-  EXPECT_FALSE(ghosts.are_there());
-  for (int k = 0; k < 8; ++k) ghosts.look_at(console.show(detector.expose()), true, 0.8, kRounded);
-  EXPECT_FALSE(ghosts.are_there()) << "eight images have seven changes";
+  Room room(GatedConsole(0.8, kNoise));
+  EXPECT_TRUE(room.ghosts_after(20, 0.8));
+  EXPECT_FALSE(room.ghosts_after(1, 0));
+  EXPECT_FALSE(room.ghosts_after(8, 0.8)) << "eight images have seven changes";
 }
 
 TEST(MotionGhosts, ImagesOfNoSizeAndOfFewColumnsSayNothing) {
@@ -82,15 +73,12 @@ TEST(MotionGhosts, ImagesOfNoSizeAndOfFewColumnsSayNothing) {
 }
 
 TEST(MotionGhosts, WhatHasChangedByMoreThanNoiseIsUndoneLess) {
-  Detector detector(kNoise);
-  GatedConsole console(0.8, kNoise);
-  MotionGhosts ghosts(kConsoleWidth, kConsoleHeight, kEveryRow);
-  for (int k = 0; k < 30; ++k) ghosts.look_at(console.show(detector.expose()), true, 0.8, kRounded);
-  ASSERT_TRUE(ghosts.are_there());
+  Room room(GatedConsole(0.8, kNoise));
+  ASSERT_TRUE(room.ghosts_after(30, 0.8));
   std::vector<float> change(kConsoleWidth, 0.0F);
   for (const int x : {100, 198, 199}) change[static_cast<std::size_t>(x)] = 60;
   std::vector<float> weights(kConsoleWidth, -1.0F);
-  ghosts.weigh(kConsoleHeight - 1, change, weights);
+  room.ghosts.weigh(kConsoleHeight - 1, change, weights);
   EXPECT_NEAR(weights[50], 1, 1e-6);
   EXPECT_NEAR(weights[100], 0.15, 0.15);
   EXPECT_NEAR(weights[199], 0, 0.05) << "beyond the last block";
